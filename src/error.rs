@@ -1,0 +1,58 @@
+//! The one error type of the library.
+
+use std::path::PathBuf;
+
+/// What can go wrong. Each message is one line that says what is wrong, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A setting, flag or size outside what is allowed. Nothing was attempted.
+    #[error("{0}")]
+    Usage(String),
+    /// No OpenGL 3.3 context could be had.
+    #[error("{0}")]
+    Context(String),
+    /// A model, material or settings file that cannot be read or makes no sense.
+    #[error("{}: {what}", path.display())]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and where in it.
+        what: String,
+    },
+    /// A file that cannot be written. Nothing is left under its name.
+    #[error("cannot write {}: {what}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        what: String,
+    },
+    /// The driver refused something: a shader, a framebuffer, an allocation.
+    #[error("OpenGL: {place}: {what}")]
+    Gl {
+        /// The pass or object.
+        place: String,
+        /// The driver's words.
+        what: String,
+    },
+}
+
+impl Error {
+    /// True where the request itself was wrong (exit code 2), false where carrying it out failed (exit code 1).
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Error::Usage(_))
+    }
+
+    pub(crate) fn gl(place: impl Into<String>, what: impl Into<String>) -> Error {
+        Error::Gl { place: place.into(), what: what.into() }
+    }
+
+    pub(crate) fn input(path: impl Into<PathBuf>, what: impl Into<String>) -> Error {
+        Error::Input { path: path.into(), what: what.into() }
+    }
+
+    pub(crate) fn output(path: impl Into<PathBuf>, what: impl ToString) -> Error {
+        Error::Output { path: path.into(), what: what.to_string() }
+    }
+}

@@ -1,0 +1,5 @@
+//! The screen-space ambient occlusion of 2008.
+
+mod error;
+pub mod image;
+pub use error::Error;
