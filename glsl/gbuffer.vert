@@ -1,0 +1,18 @@
+in vec3 vertex_position; // in eye space
+#ifdef NORMALS_VERTEX
+in vec3 vertex_normal;
+out vec3 smooth_normal;
+#endif
+
+uniform mat4 projection;
+
+out vec3 position;
+
+void main()
+{
+    position = vertex_position;
+#ifdef NORMALS_VERTEX
+    smooth_normal = vertex_normal;
+#endif
+    gl_Position = projection * vec4(vertex_position, 1.0);
+}

@@ -1,0 +1,69 @@
+//! OpenGL objects that free themselves. The context they came from must be current, and outlive them.
+
+pub(crate) mod program;
+pub(crate) mod state;
+pub(crate) mod target;
+pub(crate) mod texture;
+pub(crate) mod timer;
+
+use crate::Error;
+use glow::HasContext;
+
+pub(crate) use program::{Defines, Program, Source, source};
+pub(crate) use target::{Renderbuffer, Target};
+pub use texture::Format;
+pub(crate) use texture::Texture;
+pub use timer::{PassTime, Timers};
+
+/// Turns the errors that OpenGL has recorded into ours. `place` is the pass or object at hand.
+pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
+    let mut first = None;
+    // A lost context may report errors without end.
+    for _ in 0..16 {
+        // SAFETY: the context is current.
+        match unsafe { gl.get_error() } {
+            glow::NO_ERROR => break,
+            code => first = first.or(Some(code)),
+        }
+    }
+    match first {
+        None => Ok(()),
+        Some(code) => Err(Error::gl(
+            place,
+            match code {
+                glow::INVALID_ENUM => "invalid enum".into(),
+                glow::INVALID_VALUE => "invalid value".into(),
+                glow::INVALID_OPERATION => "invalid operation".into(),
+                glow::INVALID_FRAMEBUFFER_OPERATION => "invalid framebuffer operation".into(),
+                glow::OUT_OF_MEMORY => "out of memory: render at a smaller size".into(),
+                other => format!("error 0x{other:04x}"),
+            },
+        )),
+    }
+}
+
+/// The largest width and height that this driver renders to and samples from.
+pub fn size_limit(gl: &glow::Context) -> u32 {
+    // SAFETY: the context is current, and these are core parameters; MAX_VIEWPORT_DIMS has two values.
+    unsafe {
+        let mut viewport = [0; 2];
+        gl.get_parameter_i32_slice(glow::MAX_VIEWPORT_DIMS, &mut viewport);
+        let limits = [
+            gl.get_parameter_i32(glow::MAX_TEXTURE_SIZE),
+            gl.get_parameter_i32(glow::MAX_RECTANGLE_TEXTURE_SIZE),
+            gl.get_parameter_i32(glow::MAX_RENDERBUFFER_SIZE),
+            viewport[0],
+            viewport[1],
+        ];
+        limits.into_iter().min().unwrap_or(0).max(0) as u32
+    }
+}
+
+/// Refuses a size that the driver cannot render.
+pub(crate) fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
+    let limit = size_limit(gl);
+    if width == 0 || height == 0 || width > limit || height > limit {
+        return Err(Error::Usage(format!("size {width}x{height}: this driver takes 1x1 to {limit}x{limit}")));
+    }
+    Ok(())
+}

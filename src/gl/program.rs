@@ -1,0 +1,188 @@
+//! Shader programs, put together from the files in `glsl/` and the settings they are compiled for.
+
+use crate::Error;
+use glow::HasContext;
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// A shader file of `glsl/`.
+#[derive(Clone, Copy)]
+pub(crate) struct Source {
+    pub(crate) name: &'static str,
+    pub(crate) text: &'static str,
+}
+
+/// A file of `glsl/` as a [`Source`].
+macro_rules! source {
+    ($name:literal) => {
+        $crate::gl::Source { name: $name, text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/glsl/", $name)) }
+    };
+}
+pub(crate) use source;
+
+/// What a shader is compiled for, as `#define`s.
+#[derive(Clone, Default, PartialEq, Debug)]
+pub(crate) struct Defines(String);
+
+impl Defines {
+    /// Defines `name` as `value`.
+    pub(crate) fn value(mut self, name: &str, value: impl std::fmt::Display) -> Defines {
+        let _ = writeln!(self.0, "#define {name} {value}");
+        self
+    }
+
+    /// Defines `PREFIX_WORD` as 1, as `SNAP_STEP` for the word `step` of `SNAP`.
+    pub(crate) fn word(self, prefix: &str, word: &str) -> Defines {
+        let name = format!("{prefix}_{}", word.to_uppercase().replace('-', "_"));
+        self.value(&name, 1)
+    }
+}
+
+/// The text handed to the driver. `#line` makes errors count in the files' own lines, piece by piece.
+pub(crate) fn assemble(defines: &Defines, pieces: &[Source]) -> String {
+    let mut text = format!("#version 330 core\n{}", defines.0);
+    for (number, piece) in pieces.iter().enumerate() {
+        let _ = write!(text, "#line 1 {number}\n{}", piece.text);
+    }
+    text
+}
+
+/// A linked program.
+pub(crate) struct Program {
+    gl: Arc<glow::Context>,
+    id: glow::Program,
+}
+
+impl Program {
+    /// Compiles and links. `vertex` is one file, `fragment` its shared pieces and then the pass itself.
+    pub(crate) fn new(
+        gl: &Arc<glow::Context>,
+        defines: &Defines,
+        vertex: Source,
+        fragment: &[Source],
+    ) -> Result<Program, Error> {
+        let name = fragment.last().map_or(vertex.name, |piece| piece.name);
+        // SAFETY: the context is current; every object made here is deleted on each way out.
+        unsafe {
+            let id = gl.create_program().map_err(|e| Error::gl(name, e))?;
+            let program = Program { gl: gl.clone(), id };
+            for (stage, pieces) in [(glow::VERTEX_SHADER, &[vertex][..]), (glow::FRAGMENT_SHADER, fragment)] {
+                let shader = gl.create_shader(stage).map_err(|e| Error::gl(name, e))?;
+                gl.shader_source(shader, &assemble(defines, pieces));
+                gl.compile_shader(shader);
+                if !gl.get_shader_compile_status(shader) {
+                    let log = gl.get_shader_info_log(shader);
+                    gl.delete_shader(shader);
+                    return Err(Error::gl(name, with_file_names(&log, pieces)));
+                }
+                gl.attach_shader(id, shader);
+                // Lives on until the program is deleted.
+                gl.delete_shader(shader);
+            }
+            for (index, output) in ["out_0", "out_1", "out_2"].into_iter().enumerate() {
+                gl.bind_frag_data_location(id, index as u32, output);
+            }
+            gl.link_program(id);
+            if !gl.get_program_link_status(id) {
+                let log = gl.get_program_info_log(id);
+                return Err(Error::gl(name, one_line(&log)));
+            }
+            Ok(program)
+        }
+    }
+
+    /// Makes it the program in use.
+    pub(crate) fn bind(&self) -> &Program {
+        // SAFETY: the context is current and the program is ours.
+        unsafe { self.gl.use_program(Some(self.id)) };
+        self
+    }
+
+    /// Where a vertex attribute is, if the program reads it.
+    pub(crate) fn attribute(&self, name: &str) -> Option<u32> {
+        // SAFETY: the context is current and the program is ours.
+        unsafe { self.gl.get_attrib_location(self.id, name) }
+    }
+
+    /// Sets a float of the program in use. A uniform that its settings compiled away is passed over.
+    pub(crate) fn float(&self, name: &str, value: f64) -> &Program {
+        // SAFETY: the context is current and the program in use.
+        unsafe { self.gl.uniform_1_f32(self.gl.get_uniform_location(self.id, name).as_ref(), value as f32) };
+        self
+    }
+
+    /// Sets a vec2 of the program in use.
+    pub(crate) fn vec2(&self, name: &str, [x, y]: [f64; 2]) -> &Program {
+        // SAFETY: as `float`.
+        unsafe { self.gl.uniform_2_f32(self.gl.get_uniform_location(self.id, name).as_ref(), x as f32, y as f32) };
+        self
+    }
+
+    /// Sets a vec3 of the program in use.
+    pub(crate) fn vec3(&self, name: &str, [x, y, z]: [f32; 3]) -> &Program {
+        // SAFETY: as `float`.
+        unsafe { self.gl.uniform_3_f32(self.gl.get_uniform_location(self.id, name).as_ref(), x, y, z) };
+        self
+    }
+
+    /// Sets a mat4, given column by column, of the program in use.
+    pub(crate) fn mat4(&self, name: &str, columns: &[f32; 16]) -> &Program {
+        // SAFETY: as `float`.
+        unsafe {
+            self.gl.uniform_matrix_4_f32_slice(
+                self.gl.get_uniform_location(self.id, name).as_ref(),
+                false,
+                columns,
+            )
+        };
+        self
+    }
+
+    /// Points a sampler of the program in use at a texture unit.
+    pub(crate) fn unit(&self, name: &str, unit: u32) -> &Program {
+        // SAFETY: as `float`.
+        unsafe { self.gl.uniform_1_i32(self.gl.get_uniform_location(self.id, name).as_ref(), unit as i32) };
+        self
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // SAFETY: the program is ours, and the context current by the room's contract.
+        unsafe { self.gl.delete_program(self.id) };
+    }
+}
+
+/// A driver's log with the numbers of source strings replaced by their file names: Mesa writes `0:12(3): error`,
+/// others `0(12) : error` or `ERROR: 0:12: ...`.
+fn with_file_names(log: &str, pieces: &[Source]) -> String {
+    let line = |line: &str| {
+        let prefix = if line.starts_with("ERROR: ") { "ERROR: " } else { "" };
+        let rest = &line[prefix.len()..];
+        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let number = rest[..digits].parse::<usize>().ok().filter(|_| rest[digits..].starts_with([':', '(']));
+        match number.and_then(|n| pieces.get(n)) {
+            Some(piece) => format!("{prefix}{}{}", piece.name, &rest[digits..]),
+            None => line.to_string(),
+        }
+    };
+    one_line(&log.lines().map(line).collect::<Vec<_>>().join("\n"))
+}
+
+fn one_line(log: &str) -> String {
+    log.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_names_the_file_and_the_line_in_it() {
+        let pieces = [Source { name: "shared/a.glsl", text: "" }, Source { name: "b.frag", text: "" }];
+        assert_eq!(with_file_names("1:12(3): error: no\n", &pieces), "b.frag:12(3): error: no");
+        assert_eq!(with_file_names("0(7) : error C0", &pieces), "shared/a.glsl(7) : error C0");
+        assert_eq!(with_file_names("ERROR: 1:2: x\nERROR: 0:3: y", &pieces), "ERROR: b.frag:2: x; ERROR: shared/a.glsl:3: y");
+        assert_eq!(with_file_names("2 errors", &pieces), "2 errors");
+    }
+}

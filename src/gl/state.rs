@@ -1,0 +1,192 @@
+//! The caller's OpenGL state, saved and put back around passes that run in somebody else's context.
+
+use glow::HasContext;
+use std::sync::Arc;
+
+/// Texture units that the passes use.
+const UNITS: u32 = 3;
+
+/// Switches that the passes need off. Blending is held apart: it is a switch per draw buffer.
+const SWITCHES: [u32; 13] = [
+    glow::DEPTH_TEST,
+    glow::STENCIL_TEST,
+    glow::SCISSOR_TEST,
+    glow::CULL_FACE,
+    glow::COLOR_LOGIC_OP,
+    glow::RASTERIZER_DISCARD,
+    glow::FRAMEBUFFER_SRGB,
+    glow::SAMPLE_COVERAGE,
+    glow::SAMPLE_ALPHA_TO_COVERAGE,
+    glow::SAMPLE_MASK,
+    glow::POLYGON_OFFSET_FILL,
+    glow::PRIMITIVE_RESTART,
+    glow::DITHER,
+];
+
+/// The stencil parameters of one face.
+#[derive(Clone, Copy)]
+struct Stencil {
+    func: u32,
+    reference: i32,
+    value_mask: u32,
+    write_mask: u32,
+    fail: u32,
+    depth_fail: u32,
+    pass: u32,
+}
+
+/// One texture unit's bindings.
+#[derive(Clone, Copy)]
+struct Unit {
+    flat: Option<glow::Texture>,
+    rectangle: Option<glow::Texture>,
+    sampler: Option<glow::Sampler>,
+}
+
+/// Everything that the passes of [`crate::AmbientOcclusion`] change, as it was found; put back when dropped.
+pub(crate) struct SavedState {
+    gl: Arc<glow::Context>,
+    switches: [bool; SWITCHES.len()],
+    blend: bool,
+    colour_mask: [bool; 4],
+    depth_mask: bool,
+    stencil: [Stencil; 2],
+    viewport: [i32; 4],
+    polygon_mode: u32,
+    program: Option<glow::Program>,
+    vertices: Option<glow::VertexArray>,
+    draw: Option<glow::Framebuffer>,
+    read: Option<glow::Framebuffer>,
+    renderbuffer: Option<glow::Renderbuffer>,
+    unpack_buffer: Option<glow::Buffer>,
+    unpack: [i32; 6],
+    active_unit: u32,
+    units: [Unit; UNITS as usize],
+}
+
+const UNPACK: [u32; 6] = [
+    glow::UNPACK_ALIGNMENT,
+    glow::UNPACK_ROW_LENGTH,
+    glow::UNPACK_SKIP_PIXELS,
+    glow::UNPACK_SKIP_ROWS,
+    glow::UNPACK_SWAP_BYTES,
+    glow::UNPACK_LSB_FIRST,
+];
+
+impl SavedState {
+    /// Saves the caller's state and sets what every full-screen pass expects: nothing tested, masked or blended.
+    pub(crate) fn save(gl: &Arc<glow::Context>) -> SavedState {
+        // SAFETY: the context is current, and each parameter is core with as many values as asked for.
+        unsafe {
+            let int = |parameter| gl.get_parameter_i32(parameter);
+            let mask = |parameter| gl.get_parameter_i32(parameter) as u32;
+            let mut viewport = [0; 4];
+            gl.get_parameter_i32_slice(glow::VIEWPORT, &mut viewport);
+            // Mesa writes two values in some contexts: front and back.
+            let mut polygon_mode = [0; 2];
+            gl.get_parameter_i32_slice(glow::POLYGON_MODE, &mut polygon_mode);
+            let front = Stencil {
+                func: mask(glow::STENCIL_FUNC),
+                reference: int(glow::STENCIL_REF),
+                value_mask: mask(glow::STENCIL_VALUE_MASK),
+                write_mask: mask(glow::STENCIL_WRITEMASK),
+                fail: mask(glow::STENCIL_FAIL),
+                depth_fail: mask(glow::STENCIL_PASS_DEPTH_FAIL),
+                pass: mask(glow::STENCIL_PASS_DEPTH_PASS),
+            };
+            let back = Stencil {
+                func: mask(glow::STENCIL_BACK_FUNC),
+                reference: int(glow::STENCIL_BACK_REF),
+                value_mask: mask(glow::STENCIL_BACK_VALUE_MASK),
+                write_mask: mask(glow::STENCIL_BACK_WRITEMASK),
+                fail: mask(glow::STENCIL_BACK_FAIL),
+                depth_fail: mask(glow::STENCIL_BACK_PASS_DEPTH_FAIL),
+                pass: mask(glow::STENCIL_BACK_PASS_DEPTH_PASS),
+            };
+            let active_unit = mask(glow::ACTIVE_TEXTURE);
+            let units = std::array::from_fn(|unit| {
+                gl.active_texture(glow::TEXTURE0 + unit as u32);
+                Unit {
+                    flat: gl.get_parameter_texture(glow::TEXTURE_BINDING_2D),
+                    rectangle: gl.get_parameter_texture(glow::TEXTURE_BINDING_RECTANGLE),
+                    sampler: gl.get_parameter_sampler(glow::SAMPLER_BINDING),
+                }
+            });
+            let saved = SavedState {
+                gl: gl.clone(),
+                switches: SWITCHES.map(|switch| gl.is_enabled(switch)),
+                blend: gl.is_enabled(glow::BLEND),
+                colour_mask: gl.get_parameter_bool_array(glow::COLOR_WRITEMASK),
+                depth_mask: gl.get_parameter_bool(glow::DEPTH_WRITEMASK),
+                stencil: [front, back],
+                viewport,
+                polygon_mode: polygon_mode[0] as u32,
+                program: gl.get_parameter_program(glow::CURRENT_PROGRAM),
+                vertices: gl.get_parameter_vertex_array(glow::VERTEX_ARRAY_BINDING),
+                draw: gl.get_parameter_framebuffer(glow::DRAW_FRAMEBUFFER_BINDING),
+                read: gl.get_parameter_framebuffer(glow::READ_FRAMEBUFFER_BINDING),
+                renderbuffer: gl.get_parameter_renderbuffer(glow::RENDERBUFFER_BINDING),
+                unpack_buffer: gl.get_parameter_buffer(glow::PIXEL_UNPACK_BUFFER_BINDING),
+                unpack: UNPACK.map(int),
+                active_unit,
+                units,
+            };
+            SWITCHES.iter().for_each(|&switch| gl.disable(switch));
+            gl.disable_draw_buffer(glow::BLEND, 0);
+            gl.color_mask_draw_buffer(0, true, true, true, true);
+            gl.depth_mask(false);
+            gl.polygon_mode(glow::FRONT_AND_BACK, glow::FILL);
+            gl.bind_buffer(glow::PIXEL_UNPACK_BUFFER, None);
+            for (parameter, value) in UNPACK.into_iter().zip([4, 0, 0, 0, 0, 0]) {
+                gl.pixel_store_i32(parameter, value);
+            }
+            saved
+        }
+    }
+}
+
+impl Drop for SavedState {
+    fn drop(&mut self) {
+        let gl = &self.gl;
+        // SAFETY: the context is current by the contract of `gl`; every value was read from it.
+        unsafe {
+            for (unit, bound) in self.units.iter().enumerate() {
+                gl.active_texture(glow::TEXTURE0 + unit as u32);
+                gl.bind_texture(glow::TEXTURE_2D, bound.flat);
+                gl.bind_texture(glow::TEXTURE_RECTANGLE, bound.rectangle);
+                gl.bind_sampler(unit as u32, bound.sampler);
+            }
+            gl.active_texture(self.active_unit);
+            gl.bind_buffer(glow::PIXEL_UNPACK_BUFFER, self.unpack_buffer);
+            for (parameter, value) in UNPACK.into_iter().zip(self.unpack) {
+                gl.pixel_store_i32(parameter, value);
+            }
+            gl.bind_renderbuffer(glow::RENDERBUFFER, self.renderbuffer);
+            gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, self.draw);
+            gl.bind_framebuffer(glow::READ_FRAMEBUFFER, self.read);
+            gl.bind_vertex_array(self.vertices);
+            gl.use_program(self.program);
+            gl.polygon_mode(glow::FRONT_AND_BACK, self.polygon_mode);
+            let [x, y, width, height] = self.viewport;
+            gl.viewport(x, y, width, height);
+            for (face, stencil) in [glow::FRONT, glow::BACK].into_iter().zip(self.stencil) {
+                gl.stencil_func_separate(face, stencil.func, stencil.reference, stencil.value_mask);
+                gl.stencil_mask_separate(face, stencil.write_mask);
+                gl.stencil_op_separate(face, stencil.fail, stencil.depth_fail, stencil.pass);
+            }
+            gl.depth_mask(self.depth_mask);
+            let [r, g, b, a] = self.colour_mask;
+            gl.color_mask_draw_buffer(0, r, g, b, a);
+            if self.blend {
+                gl.enable_draw_buffer(glow::BLEND, 0);
+            }
+            for (switch, on) in SWITCHES.into_iter().zip(self.switches) {
+                if on {
+                    gl.enable(switch);
+                } else {
+                    gl.disable(switch);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The stencil: 1 where a pixel holds a surface, so that the passes after it skip background.
+
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget};
+use crate::Error;
+use crate::gl::{Defines, Program, source};
+use std::sync::Arc;
+
+/// The pass.
+pub(crate) struct Background {
+    program: Program,
+}
+
+impl Background {
+    pub(crate) fn new(gl: &Arc<glow::Context>, depth: TextureTarget) -> Result<Background, Error> {
+        let defines = depth_defines(depth);
+        let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("background.frag")])?;
+        Ok(Background { program })
+    }
+
+    /// Draws every pixel of the bound target that holds a surface.
+    pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &DepthInput) {
+        depth.bind(full_screen, self.program.bind(), 0);
+        full_screen.draw();
+    }
+}
+
+/// What `glsl/shared/fetch.glsl` is compiled for.
+pub(super) fn depth_defines(depth: TextureTarget) -> Defines {
+    match depth {
+        TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
+        TextureTarget::Texture2d => Defines::default(),
+    }
+}

@@ -1,0 +1,159 @@
+//! The G-buffer (ShaderX7 6.2, Input buffers): colour, linear depth and normals of the triangles, in one pass.
+
+use super::{RAY, pixel_extent};
+use crate::Error;
+use crate::gl::{Defines, Program, Source, check, source};
+use crate::scene::{Camera, Mesh, Projection};
+use crate::settings::Normals;
+use glow::HasContext;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Unit vector towards the light in eye space: over the viewer's left shoulder.
+pub(crate) const LIGHT: [f32; 3] = [-0.398_014_9, 0.597_022_3, -0.696_526_1];
+/// The share of the colour that is ambient, and the share that follows the light.
+pub(crate) const SHADING: [f64; 2] = [0.4, 0.6];
+
+/// The pass, with the triangles it draws.
+pub(crate) struct GBuffer {
+    gl: Arc<glow::Context>,
+    program: Program,
+    vertices: glow::VertexArray,
+    buffers: Vec<glow::Buffer>,
+    groups: Vec<([f32; 3], Range<usize>)>,
+    projection: [f32; 16],
+    camera: Camera,
+}
+
+impl GBuffer {
+    /// Compiles for the settings and the camera, and uploads the triangles in its eye space: transformed in float64,
+    /// so that a scene far from the origin loses nothing.
+    pub(crate) fn new(
+        gl: &Arc<glow::Context>,
+        mesh: &Mesh,
+        camera: &Camera,
+        normals: Normals,
+        biased: bool,
+    ) -> Result<GBuffer, Error> {
+        const VERTEX: Source = source!("gbuffer.vert");
+        let mut defines = Defines::default().word("NORMALS", normals.name());
+        if matches!(camera.projection, Projection::Orthographic { .. }) {
+            defines = defines.value("ORTHOGRAPHIC", 1);
+        }
+        if biased {
+            defines = defines.value("NORMALS_BIASED", 1);
+        }
+        let program = Program::new(gl, &defines, VERTEX, &[RAY, source!("gbuffer.frag")])?;
+        // SAFETY: the context is current.
+        let vertices = unsafe { gl.create_vertex_array() }.map_err(|e| Error::gl("gbuffer", e))?;
+        let mut pass = GBuffer {
+            gl: gl.clone(),
+            program,
+            vertices,
+            buffers: Vec::new(),
+            groups: mesh.groups.iter().map(|group| (group.colour, group.triangles.clone())).collect(),
+            projection: matrix(camera),
+            camera: camera.clone(),
+        };
+        // SAFETY: the context is current.
+        unsafe { gl.bind_vertex_array(Some(vertices)) };
+        let positions: Vec<u8> = bytes(mesh.positions.iter().map(|&p| camera.to_eye(p).as_vec3().to_array()));
+        pass.attribute("vertex_position", &positions)?;
+        if normals == Normals::Vertex {
+            let vertex_normals = mesh.vertex_normals();
+            let normals = bytes(vertex_normals.iter().map(|&n| camera.direction_to_eye(n).as_vec3().to_array()));
+            pass.attribute("vertex_normal", &normals)?;
+        }
+        let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_ne_bytes()).collect();
+        pass.buffer(glow::ELEMENT_ARRAY_BUFFER, &indices)?;
+        check(gl, "gbuffer: uploading the triangles")?;
+        Ok(pass)
+    }
+
+    fn buffer(&mut self, target: u32, data: &[u8]) -> Result<(), Error> {
+        // SAFETY: the context is current.
+        unsafe {
+            let buffer = self.gl.create_buffer().map_err(|e| Error::gl("gbuffer", e))?;
+            self.buffers.push(buffer);
+            self.gl.bind_buffer(target, Some(buffer));
+            self.gl.buffer_data_u8_slice(target, data, glow::STATIC_DRAW);
+        }
+        Ok(())
+    }
+
+    /// A vertex attribute of three floats.
+    fn attribute(&mut self, name: &str, data: &[u8]) -> Result<(), Error> {
+        self.buffer(glow::ARRAY_BUFFER, data)?;
+        if let Some(location) = self.program.attribute(name) {
+            // SAFETY: the context is current, the vertex array and the buffer are bound.
+            unsafe {
+                self.gl.enable_vertex_attrib_array(location);
+                self.gl.vertex_attrib_pointer_f32(location, 3, glow::FLOAT, false, 0, 0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the triangles into the bound target of `size` texels, nearest first by the depth test.
+    pub(crate) fn draw(&self, size: (u32, u32)) {
+        let (gl, camera) = (&self.gl, &self.camera);
+        let program = self.program.bind();
+        program
+            .mat4("projection", &self.projection)
+            .vec2("size", [f64::from(size.0), f64::from(size.1)])
+            .vec2("pixel", pixel_extent(camera.projection, size))
+            .vec3("light", LIGHT)
+            .vec2("shading", SHADING)
+            .vec2("near_far", [camera.near, camera.far]);
+        // SAFETY: the context is current; the groups' ranges lie within the index buffer, by `Mesh`'s contract.
+        unsafe {
+            gl.enable(glow::DEPTH_TEST);
+            gl.depth_func(glow::LESS);
+            gl.depth_mask(true);
+            gl.bind_vertex_array(Some(self.vertices));
+            for (colour, triangles) in &self.groups {
+                program.vec3("diffuse", *colour);
+                let count = 3 * triangles.len() as i32;
+                gl.draw_elements(glow::TRIANGLES, count, glow::UNSIGNED_INT, 12 * triangles.start as i32);
+            }
+            gl.disable(glow::DEPTH_TEST);
+        }
+    }
+}
+
+impl Drop for GBuffer {
+    fn drop(&mut self) {
+        // SAFETY: all are ours, and the context current by the contract of `gl`.
+        unsafe {
+            self.gl.delete_vertex_array(self.vertices);
+            self.buffers.iter().for_each(|&buffer| self.gl.delete_buffer(buffer));
+        }
+    }
+}
+
+fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
+    vectors.flatten().flat_map(|f| f.to_ne_bytes()).collect()
+}
+
+/// Left-handed eye space to clip space, column by column: z from near to far becomes -w to w.
+fn matrix(camera: &Camera) -> [f32; 16] {
+    let (near, far) = (camera.near, camera.far);
+    let mut m = [0.0; 16];
+    match camera.projection {
+        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
+            m[0] = 1.0 / tan_half_fov_x;
+            m[5] = 1.0 / tan_half_fov_y;
+            m[10] = (far + near) / (far - near);
+            m[11] = 1.0;
+            m[14] = -2.0 * far * near / (far - near);
+        }
+        Projection::Orthographic { half_width, half_height } => {
+            m[0] = 1.0 / half_width;
+            m[5] = 1.0 / half_height;
+            m[10] = 2.0 / (far - near);
+            m[14] = -(far + near) / (far - near);
+            m[15] = 1.0;
+        }
+    }
+    m.map(|x| x as f32)
+}

@@ -1,0 +1,149 @@
+//! One file per pass, by the name of its shader in `glsl/`. A pass is made with what its shader must be compiled for,
+//! and run with textures in and a target bound.
+
+pub(crate) mod background;
+pub(crate) mod blur;
+pub(crate) mod composite;
+pub(crate) mod gbuffer;
+pub(crate) mod hbao;
+pub(crate) mod probe;
+
+use crate::Error;
+use crate::gl::{Program, Source, Texture, source};
+use crate::scene::Projection;
+use glow::HasContext;
+use std::sync::Arc;
+
+/// What lies at background texels of a 32-bit linear depth image: so far that nothing there occludes, and with a square
+/// that float32 can hold.
+pub const BACKGROUND_R32F: f32 = 1e17;
+/// The same for a 16-bit one.
+pub const BACKGROUND_R16F: f32 = 6e4;
+
+const FULLSCREEN: Source = source!("fullscreen.vert");
+const FETCH: Source = source!("shared/fetch.glsl");
+const RAY: Source = source!("shared/ray.glsl");
+
+/// The kind of texture an input is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TextureTarget {
+    /// `GL_TEXTURE_2D`.
+    Texture2d,
+    /// `GL_TEXTURE_RECTANGLE`: the faster one on software drivers.
+    Rectangle,
+}
+
+impl TextureTarget {
+    pub(crate) fn gl(self) -> u32 {
+        match self {
+            TextureTarget::Texture2d => glow::TEXTURE_2D,
+            TextureTarget::Rectangle => glow::TEXTURE_RECTANGLE,
+        }
+    }
+}
+
+/// A texture of somebody else's, or one lent out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureRef {
+    /// The texture. As an input its level 0 is read, whatever its own filter and wrap modes.
+    pub texture: glow::Texture,
+    /// What kind it is.
+    pub target: TextureTarget,
+}
+
+impl From<&Texture> for TextureRef {
+    fn from(texture: &Texture) -> TextureRef {
+        TextureRef { texture: texture.id, target: TextureTarget::Rectangle }
+    }
+}
+
+/// Linear depth as a pass reads it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthInput {
+    pub(crate) image: TextureRef,
+    /// Depths from here on are background.
+    pub(crate) background: f32,
+    /// In texels.
+    pub(crate) size: (u32, u32),
+}
+
+impl DepthInput {
+    /// Binds it to `unit` and tells the program in use.
+    fn bind(&self, full_screen: &FullScreen, program: &Program, unit: u32) {
+        full_screen.bind_texture(unit, self.image);
+        let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
+        program
+            .unit("depth_image", unit)
+            .float("background", f64::from(self.background))
+            .vec2("size", [width, height])
+            .vec2("texel", [1.0 / width, 1.0 / height]);
+    }
+}
+
+/// What a texel adds to x' and y' (`pixel` of `glsl/shared/ray.glsl`).
+pub(crate) fn pixel_extent(projection: Projection, (width, height): (u32, u32)) -> [f64; 2] {
+    let (half_x, half_y) = match projection {
+        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => (tan_half_fov_x, tan_half_fov_y),
+        Projection::Orthographic { half_width, half_height } => (half_width, half_height),
+    };
+    [2.0 * half_x / f64::from(width), 2.0 * half_y / f64::from(height)]
+}
+
+/// Draws a triangle over the whole window, with a sampler that reads the nearest texel of level 0 and clamps.
+pub(crate) struct FullScreen {
+    gl: Arc<glow::Context>,
+    vertices: glow::VertexArray,
+    sampler: glow::Sampler,
+}
+
+impl FullScreen {
+    pub(crate) fn new(gl: &Arc<glow::Context>) -> Result<FullScreen, Error> {
+        // SAFETY: the context is current; core demands a vertex array even where no attribute is read.
+        unsafe {
+            let vertices = gl.create_vertex_array().map_err(|e| Error::gl("full-screen triangle", e))?;
+            let sampler = gl.create_sampler().map_err(|e| {
+                gl.delete_vertex_array(vertices);
+                Error::gl("full-screen triangle", e)
+            })?;
+            for (parameter, value) in [
+                (glow::TEXTURE_MIN_FILTER, glow::NEAREST),
+                (glow::TEXTURE_MAG_FILTER, glow::NEAREST),
+                (glow::TEXTURE_WRAP_S, glow::CLAMP_TO_EDGE),
+                (glow::TEXTURE_WRAP_T, glow::CLAMP_TO_EDGE),
+            ] {
+                gl.sampler_parameter_i32(sampler, parameter, value as i32);
+            }
+            Ok(FullScreen { gl: gl.clone(), vertices, sampler })
+        }
+    }
+
+    /// Puts a texture on a unit, sampled as this pass samples.
+    pub(crate) fn bind_texture(&self, unit: u32, image: TextureRef) {
+        // SAFETY: the context is current; whether the texture is of that kind is the caller's promise, and otherwise
+        // a GL error.
+        unsafe {
+            self.gl.active_texture(glow::TEXTURE0 + unit);
+            self.gl.bind_texture(image.target.gl(), Some(image.texture));
+            self.gl.bind_sampler(unit, Some(self.sampler));
+        }
+    }
+
+    /// Draws with the program, target and state at hand.
+    pub(crate) fn draw(&self) {
+        // SAFETY: the context is current.
+        unsafe {
+            self.gl.bind_vertex_array(Some(self.vertices));
+            self.gl.draw_arrays(glow::TRIANGLES, 0, 3);
+        }
+    }
+}
+
+impl Drop for FullScreen {
+    fn drop(&mut self) {
+        // SAFETY: both are ours, and the context current by the contract of `gl`.
+        unsafe {
+            self.gl.delete_vertex_array(self.vertices);
+            self.gl.delete_sampler(self.sampler);
+        }
+    }
+}

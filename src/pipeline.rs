@@ -1,0 +1,284 @@
+//! A scene to images: G-buffer, ambient occlusion, composite (ShaderX7 6.2). The order of the passes between the
+//! G-buffer and the composite is [`AmbientOcclusion`]'s.
+
+use crate::Error;
+use crate::ambient_occlusion::{AmbientOcclusion, Inputs};
+use crate::gl::{self, Format, PassTime, Renderbuffer, Target, Texture, Timers};
+use crate::image::Image;
+use crate::pass::composite::{Apply, Composite};
+use crate::pass::gbuffer::GBuffer;
+use crate::pass::hbao::NormalEncoding;
+use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen, probe};
+use crate::scene::{Camera, Mesh};
+use crate::settings::{DepthFormat, NormalFormat, Settings};
+use glow::HasContext;
+use std::sync::Arc;
+
+/// What a pipeline is to do beside ambient occlusion itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Request {
+    /// Make the final image, with ambient occlusion applied so.
+    pub composite: Option<Apply>,
+    /// Keep ambient occlusion as it was before the blur.
+    pub raw: bool,
+    /// Time the passes.
+    pub timings: bool,
+}
+
+/// The targets that triangles are drawn into.
+struct Targets {
+    colour: Texture,
+    depth: Texture,
+    normals: Texture,
+    encoding: NormalEncoding,
+    _depth_buffer: Renderbuffer,
+    target: Target,
+}
+
+/// Renders scenes with ambient occlusion, in a context that is current at every call, the drop included.
+pub struct Pipeline {
+    gl: Arc<glow::Context>,
+    settings: Settings,
+    request: Request,
+    size: (u32, u32),
+    targets: Targets,
+    ao: AmbientOcclusion,
+    composite: Option<(Composite, Texture, Target)>,
+    full_screen: FullScreen,
+    raw: Option<Image<f32>>,
+    timers: Timers,
+    notices: Vec<String>,
+}
+
+impl Pipeline {
+    /// Allocates what images of `size` (width, height) need. The radius must be in scene units.
+    ///
+    /// # Errors
+    /// A setting out of range, a size that the driver cannot render, or what the driver refused.
+    pub fn new(
+        gl: &Arc<glow::Context>,
+        size: (u32, u32),
+        settings: &Settings,
+        request: Request,
+    ) -> Result<Pipeline, Error> {
+        let ao = AmbientOcclusion::new(gl.clone(), size, settings)?;
+        let mut notices = Vec::new();
+        let targets = Targets::new(gl, size, settings, &mut notices)?;
+        let composite = match request.composite {
+            None => None,
+            Some(apply) => {
+                let image = Texture::new(gl, "composite", Format::Rgba8, size.0, size.1)?;
+                let target = Target::new(gl, "composite", &[&image], None, size)?;
+                Some((Composite::new(gl, apply)?, image, target))
+            }
+        };
+        Ok(Pipeline {
+            gl: gl.clone(),
+            settings: settings.clone(),
+            request,
+            size,
+            targets,
+            ao,
+            composite,
+            full_screen: FullScreen::new(gl)?,
+            raw: None,
+            timers: Timers::new(gl, request.timings)?,
+            notices,
+        })
+    }
+
+    /// What the driver could not do as asked, and what is done in its place: one line each.
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// Renders the triangles as the camera sees them. The images are then there to be read. The times of the passes
+    /// are returned where they were asked for.
+    ///
+    /// # Errors
+    /// A depth that the format cannot hold, or what the driver refused.
+    pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
+        self.check_depth_range(camera)?;
+        let targets = &self.targets;
+        let biased = targets.encoding == NormalEncoding::Biased;
+        let gbuffer = GBuffer::new(&self.gl, mesh, camera, self.settings.normals, biased)?;
+        let (gl, size, background) = (&self.gl, self.size, self.background());
+        self.timers.pass("gbuffer", || {
+            targets.target.bind();
+            // SAFETY: the context is current, and the target bound.
+            unsafe {
+                gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
+                gl.clear_buffer_f32_slice(glow::COLOR, 1, &[background; 4]);
+                gl.clear_buffer_f32_slice(glow::COLOR, 2, &[0.0; 4]);
+                gl.depth_mask(true);
+                gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
+            }
+            gbuffer.draw(size);
+            Ok(())
+        })?;
+        gl::check(gl, "gbuffer")?;
+
+        let inputs = self.inputs(camera);
+        let mut raw = self.request.raw.then(|| Image::filled(0, 0, 0.0));
+        self.ao.run(&inputs, &mut self.timers, raw.as_mut())?;
+        self.raw = raw;
+
+        if let Some((composite, _, target)) = &self.composite {
+            self.timers.pass("composite", || {
+                target.bind();
+                composite.draw(&self.full_screen, &self.targets.colour, self.ao.texture());
+                Ok(())
+            })?;
+            gl::check(gl, "composite")?;
+        }
+        Ok(self.timers.take())
+    }
+
+    /// What ambient occlusion was computed from: the G-buffer's textures, which stay the pipeline's.
+    pub fn inputs(&self, camera: &Camera) -> Inputs {
+        Inputs {
+            depth: (&self.targets.depth).into(),
+            background: self.background(),
+            normals: (&self.targets.normals).into(),
+            normal_encoding: self.targets.encoding,
+            projection: camera.projection,
+        }
+    }
+
+    /// Linear depth, read back; +infinity on background.
+    ///
+    /// # Errors
+    /// What the driver refused, here and in all that read images back.
+    pub fn depth(&self) -> Result<Image<f32>, Error> {
+        let background = self.background();
+        let texels = self.targets.depth.read()?;
+        Ok(self.image(texels.into_iter().map(|z| if z >= background { f32::INFINITY } else { z }).collect()))
+    }
+
+    /// Eye-space normals, read back and made unit; (0, 0, 0) on background.
+    ///
+    /// # Errors
+    /// As [`Pipeline::depth`].
+    pub fn normals(&self) -> Result<Image<[f32; 3]>, Error> {
+        let (depth, background) = (self.targets.depth.read()?, self.background());
+        let stored = self.targets.normals.read()?;
+        let unit = |(texel, z): (&[f32], f32)| {
+            let mut n = glam::Vec3::from_slice(texel);
+            if self.targets.encoding == NormalEncoding::Biased {
+                n = 2.0 * n - 1.0;
+            }
+            if z >= background { [0.0; 3] } else { n.normalize_or_zero().to_array() }
+        };
+        Ok(self.image(stored.chunks_exact(4).zip(depth).map(unit).collect()))
+    }
+
+    /// The shaded colour without ambient occlusion, read back.
+    ///
+    /// # Errors
+    /// As [`Pipeline::depth`].
+    pub fn colour(&self) -> Result<Image<[u8; 3]>, Error> {
+        Ok(self.image(rgb8(&self.targets.colour.read()?)))
+    }
+
+    /// Ambient occlusion after the blur, read back.
+    ///
+    /// # Errors
+    /// As [`Pipeline::depth`].
+    pub fn ao(&self) -> Result<Image<f32>, Error> {
+        self.ao.image()
+    }
+
+    /// Ambient occlusion before the blur, where it was asked for.
+    pub fn ao_raw(&self) -> Option<&Image<f32>> {
+        self.raw.as_ref()
+    }
+
+    /// The final image, where it was asked for, read back.
+    ///
+    /// # Errors
+    /// As [`Pipeline::depth`].
+    pub fn composite(&self) -> Result<Option<Image<[u8; 3]>>, Error> {
+        let Some((_, image, _)) = &self.composite else { return Ok(None) };
+        Ok(Some(self.image(rgb8(&image.read()?))))
+    }
+
+    fn image<T: Copy>(&self, texels: Vec<T>) -> Image<T> {
+        Image { width: self.size.0 as usize, height: self.size.1 as usize, texels }
+    }
+
+    fn background(&self) -> f32 {
+        match self.settings.depth_format {
+            DepthFormat::R32f => BACKGROUND_R32F,
+            DepthFormat::R16f => BACKGROUND_R16F,
+        }
+    }
+
+    /// Background must lie further than R beyond all else, or it would occlude.
+    fn check_depth_range(&self, camera: &Camera) -> Result<(), Error> {
+        let reach = camera.far + self.settings.radius_units()?;
+        if self.settings.depth_format == DepthFormat::R16f && reach > f64::from(BACKGROUND_R16F) {
+            return Err(Error::Usage(format!(
+                "depth-format r16f holds depths to {BACKGROUND_R16F}, and the far plane plus the radius is {reach:.0}: \
+                 use r32f, or scale the scene down"
+            )));
+        }
+        Ok(())
+    }
+}
+
+impl Targets {
+    fn new(
+        gl: &Arc<glow::Context>,
+        size: (u32, u32),
+        settings: &Settings,
+        notices: &mut Vec<String>,
+    ) -> Result<Targets, Error> {
+        let (depth_format, depth_name) = match settings.depth_format {
+            DepthFormat::R32f => (Format::R32f, "r32f"),
+            DepthFormat::R16f => (Format::R16f, "r16f"),
+        };
+        let (normal_format, encoding) = normal_format(gl, settings, depth_format, depth_name, notices)?;
+        let (width, height) = size;
+        let colour = Texture::new(gl, "gbuffer: colour", Format::Rgba8, width, height)?;
+        let depth = Texture::new(gl, "gbuffer: depth", depth_format, width, height)?;
+        let normals = Texture::new(gl, "gbuffer: normals", normal_format, width, height)?;
+        let depth_buffer =
+            Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, width, height)?;
+        let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
+        let target = Target::new(gl, "gbuffer", &[&colour, &depth, &normals], attachment, size)?;
+        Ok(Targets { colour, depth, normals, encoding, _depth_buffer: depth_buffer, target })
+    }
+}
+
+/// The format asked for, or the next best that the driver renders to: RGBA16F, then biased RGBA8.
+fn normal_format(
+    gl: &Arc<glow::Context>,
+    settings: &Settings,
+    depth: Format,
+    depth_name: &str,
+    notices: &mut Vec<String>,
+) -> Result<(Format, NormalEncoding), Error> {
+    let asked = settings.normal_format;
+    let all = [
+        (Format::Rgba8Snorm, NormalEncoding::Signed, NormalFormat::Rgba8Snorm.name()),
+        (Format::Rgba16f, NormalEncoding::Signed, NormalFormat::Rgba16f.name()),
+        (Format::Rgba8, NormalEncoding::Biased, "biased rgba8"),
+    ];
+    for (format, encoding, name) in all.into_iter().skip_while(|&(_, _, name)| name != asked.name()) {
+        let normal = match encoding {
+            NormalEncoding::Signed => [-1.0, 0.5, -0.25],
+            NormalEncoding::Biased => [0.0, 0.75, 0.375],
+        };
+        if probe::renders(gl, depth, (format, normal))? {
+            if name != asked.name() {
+                notices.push(format!("this driver does not render normals in {}: {name} is used", asked.name()));
+            }
+            return Ok((format, encoding));
+        }
+    }
+    Err(Error::gl("gbuffer", format!("this driver renders depth in {depth_name} beside no format of normals")))
+}
+
+fn rgb8(texels: &[f32]) -> Vec<[u8; 3]> {
+    texels.chunks_exact(4).map(|c| [c[0], c[1], c[2]].map(|x| (x * 255.0).round() as u8)).collect()
+}
