@@ -52,6 +52,7 @@ fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnOnce(
     assert!(output.status.success() && text.contains("1 passed"), "{test}: {}\n{text}", output.status);
 }
 
+/// Asserts that `result` is an [`Error::Context`] of one line that holds each of `parts`.
 fn assert_context_error(result: Result<Context, Error>, parts: &[&str]) {
     let error = result.unwrap_err();
     assert!(matches!(error, Error::Context(_)), "{error:?}");
@@ -164,17 +165,16 @@ fn egl_and_osmesa_live_side_by_side_on_different_threads() {
     });
 }
 
+/// LIBGL_ALWAYS_SOFTWARE keeps EGL off a GPU, which would not heed GALLIUM_DRIVER.
 #[test]
 fn a_driver_that_does_not_exist_is_an_error_and_not_a_crash() {
-    let environment = [("GALLIUM_DRIVER", OsStr::new("nonsense"))];
+    let environment = [("GALLIUM_DRIVER", OsStr::new("nonsense")), ("LIBGL_ALWAYS_SOFTWARE", OsStr::new("true"))];
     in_own_process("a_driver_that_does_not_exist_is_an_error_and_not_a_crash", &environment, || {
-        assert_context_error(Context::open(Backend::Osmesa), &["osmesa", "GALLIUM_DRIVER", "nonsense", "llvmpipe"]);
-        for backend in [Backend::Egl, Backend::Auto] {
-            match Context::open(backend) {
-                Ok(c) => eprintln!("{}", c.describe()),
-                Err(e) => eprintln!("{e}"),
-            }
-        }
+        let osmesa = ["osmesa: it has no driver \"nonsense\"", "unset GALLIUM_DRIVER", "llvmpipe or softpipe"];
+        let egl = ["egl: no OpenGL 3.3 core context", "unset GALLIUM_DRIVER"];
+        assert_context_error(Context::open(Backend::Osmesa), &osmesa);
+        assert_context_error(Context::open(Backend::Egl), &egl);
+        assert_context_error(Context::open(Backend::Auto), &[egl.as_slice(), &osmesa].concat());
     });
 }
 
@@ -191,14 +191,23 @@ fn each_backend_opens_softpipe_where_the_environment_asks_for_it() {
 }
 
 #[test]
-fn a_version_that_is_overridden_to_less_than_3_3_is_refused() {
+fn a_version_below_3_3_is_refused() {
     let environment = [("MESA_GL_VERSION_OVERRIDE", OsStr::new("3.2"))];
-    in_own_process("a_version_that_is_overridden_to_less_than_3_3_is_refused", &environment, || {
+    in_own_process("a_version_below_3_3_is_refused", &environment, || {
         for backend in BOTH {
-            match Context::open(backend) {
-                Ok(c) => eprintln!("{}", c.describe()),
-                Err(e) => eprintln!("{e}"),
-            }
+            let parts = [backend.name(), "no OpenGL 3.3 core context", "unset MESA_GL_VERSION_OVERRIDE"];
+            assert_context_error(Context::open(backend), &parts);
+        }
+    });
+}
+
+#[test]
+fn a_compatibility_profile_is_refused_and_the_thread_left_free() {
+    let environment = [("MESA_GL_VERSION_OVERRIDE", OsStr::new("3.3COMPAT"))];
+    in_own_process("a_compatibility_profile_is_refused_and_the_thread_left_free", &environment, || {
+        for backend in BOTH.into_iter().chain(BOTH) {
+            let parts = [backend.name(), "this is not OpenGL 3.3 core", "unset MESA_GL_VERSION_OVERRIDE"];
+            assert_context_error(Context::open(backend), &parts);
         }
     });
 }
@@ -216,11 +225,10 @@ fn a_missing_library_is_an_error_that_names_its_debian_package() {
         assert_context_error(Context::open(Backend::Egl), &egl);
         assert_context_error(Context::open(Backend::Osmesa), &osmesa);
         assert_context_error(Context::open(Backend::Auto), &[egl, osmesa].concat());
-        eprintln!("{}", Context::open(Backend::Auto).unwrap_err());
     });
 }
 
-/// Mesa's loader looks for drivers nowhere else where LIBGL_DRIVERS_PATH is set.
+/// Where LIBGL_DRIVERS_PATH is set, Mesa's loader looks for drivers nowhere else.
 #[test]
 fn egl_without_a_driver_is_an_error_that_names_its_debian_package() {
     let directory = tempfile::tempdir().unwrap();
@@ -230,33 +238,31 @@ fn egl_without_a_driver_is_an_error_that_names_its_debian_package() {
         let context = Context::open(Backend::Auto).unwrap();
         assert_eq!(context.backend(), Backend::Osmesa);
         assert_clears_to(&context, [1, 2, 3, 4]);
-        drop(context);
-        eprintln!("{}", Context::open(Backend::Egl).unwrap_err());
     });
 }
 
-fn resident_bytes() -> usize {
-    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
-    let pages: usize = statm.split(' ').nth(1).unwrap().parse().unwrap();
-    pages * 4096
+/// The process's resident memory in KiB.
+#[cfg(target_os = "linux")]
+fn resident() -> i64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.trim().strip_suffix(" kB").unwrap().parse().unwrap()
 }
 
-#[test]
+/// Mesa 22.3.6 itself grows by some 130 KiB in 200 cycles. A leak in this crate would be far above the bound of 1024
+/// KiB: measured with it planted, 4400 if each cycle leaves its `glow::Context` behind, 500,000 if its OSMesa context.
 #[cfg(target_os = "linux")]
+#[test]
 fn two_hundred_contexts_leave_no_memory_behind() {
     in_own_process("two_hundred_contexts_leave_no_memory_behind", &[], || {
         for backend in BOTH {
-            let mut before = resident_bytes();
-            for cycle in 0..400 {
-                if cycle % 20 == 0 {
-                    eprintln!("{} {cycle} {}", backend.name(), resident_bytes() as isize - before as isize);
-                }
-                if cycle == 20 {
-                    before = resident_bytes();
-                }
-                assert_clears_to(&Context::open(backend).unwrap(), [1, 2, 3, 4]);
-            }
+            let cycle = || assert_clears_to(&Context::open(backend).unwrap(), [1, 2, 3, 4]);
+            // The first loads the library and starts the driver's threads; the next fill the allocator's pools.
+            (0..20).for_each(|_| cycle());
+            let before = resident();
+            (0..200).for_each(|_| cycle());
+            let growth = resident() - before;
+            assert!(growth < 1024, "{}: {growth} KiB more after 200 contexts", backend.name());
         }
-        panic!();
     });
 }

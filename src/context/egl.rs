@@ -1,5 +1,6 @@
 //! A context by EGL, on a device instead of a display, with no surface.
 
+use super::remedy;
 use crate::Error;
 use glutin::api::egl::context::PossiblyCurrentContext;
 use glutin::api::egl::device::Device;
@@ -22,23 +23,18 @@ impl Egl {
     pub(super) fn open() -> Result<Egl, Error> {
         let devices = Device::query_devices().map_err(|error| match error.error_kind() {
             ErrorKind::NotFound => Error::Context(format!("egl: libEGL.so.1 cannot be loaded: {INSTALL}")),
-            _ => Error::Context(format!("egl: no list of devices: {error}: {INSTALL}")),
+            _ => Error::Context(format!("egl: no list of devices: {error}: {}", remedy(INSTALL))),
         })?;
 
         let mut failures = Vec::new();
         for device in devices {
             match open_on(&device) {
                 Ok(context) => return Ok(Egl(context)),
-                Err(error) => failures.push(format!("{}: {error}", device.name().unwrap_or("unnamed device"))),
+                Err(error) => failures.push(format!("device {}: {error}", failures.len() + 1)),
             }
         }
-        if failures.is_empty() {
-            failures.push("there are none".into());
-        }
-        Err(Error::Context(format!(
-            "egl: no device gives an OpenGL 3.3 core context ({}): {INSTALL}",
-            failures.join(", ")
-        )))
+        let why = if failures.is_empty() { "there is no device".into() } else { failures.join(", ") };
+        Err(Error::Context(format!("egl: no OpenGL 3.3 core context ({why}): {}", remedy(INSTALL))))
     }
 
     pub(super) fn get_proc_address(&self, name: &CStr) -> *const c_void {

@@ -125,8 +125,8 @@ impl Context {
         Ok(context)
     }
 
-    /// Drivers give at least what was asked for. Settings that override what they report
-    /// (`MESA_GL_VERSION_OVERRIDE`) may take it back.
+    /// Drivers give at least what was asked for, or nothing. Not so where the environment overrides what they report:
+    /// `MESA_GL_VERSION_OVERRIDE=3.3COMPAT` has another profile given.
     fn check_version(&self) -> Result<(), Error> {
         let version = self.gl.version();
         // SAFETY: the context is current on this thread. The profile is asked only of a version that has profiles.
@@ -138,10 +138,8 @@ impl Context {
         if fits {
             return Ok(());
         }
-        Err(Error::Context(format!(
-            "{}: this is not OpenGL 3.3 core: update the driver, and unset MESA_GL_VERSION_OVERRIDE if it is set",
-            self.describe()
-        )))
+        let remedy = remedy("update the driver");
+        Err(Error::Context(format!("{}: this is not OpenGL 3.3 core: {remedy}", self.describe())))
     }
 
     /// OpenGL's functions. They act on this context while it is current, so on its thread and until it is dropped.
@@ -177,6 +175,14 @@ impl fmt::Debug for Context {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Context").field("backend", &self.backend()).finish_non_exhaustive()
     }
+}
+
+/// What to do about a driver that refuses: `first`, and to take back what the environment asks of Mesa, if anything.
+fn remedy(first: &str) -> String {
+    const ASKING: [&str; 4] =
+        ["GALLIUM_DRIVER", "LIBGL_DRIVERS_PATH", "MESA_GL_VERSION_OVERRIDE", "MESA_LOADER_DRIVER_OVERRIDE"];
+    let set: Vec<_> = ASKING.into_iter().filter(|variable| std::env::var_os(variable).is_some()).collect();
+    if set.is_empty() { first.into() } else { format!("{first}, or unset {}", set.join(" and ")) }
 }
 
 /// A context of either library, current from when it is opened until it is dropped.

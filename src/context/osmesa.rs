@@ -1,5 +1,6 @@
 //! A context by OSMesa: Mesa's software drivers in one library that is opened at run time, drawing to memory.
 
+use super::remedy;
 use crate::Error;
 use libloading::Library;
 use std::ffi::{CStr, OsStr, c_char, c_int, c_uint, c_void};
@@ -90,9 +91,8 @@ impl Osmesa {
         ];
         // SAFETY: the list is of pairs and ends in 0, and there is no context to share with.
         let context = unsafe { (functions.create_context_attribs)(attributes.as_ptr().cast(), ptr::null_mut()) };
-        let context = NonNull::new(context).ok_or_else(|| {
-            Error::Context("osmesa: the driver refuses an OpenGL 3.3 core context: update Mesa".into())
-        })?;
+        let context = NonNull::new(context)
+            .ok_or_else(|| Error::Context(format!("osmesa: no OpenGL 3.3 core context: {}", remedy("update Mesa"))))?;
 
         let (width, height) = (1, 1);
         let mut buffer = vec![0; 4 * width * height];
