@@ -1,0 +1,76 @@
+//! A context by EGL, on a device instead of a display, with no surface.
+
+use super::remedy;
+use crate::Error;
+use glutin::api::egl::context::PossiblyCurrentContext;
+use glutin::api::egl::device::Device;
+use glutin::api::egl::display::Display;
+use glutin::config::{Api, ConfigSurfaceTypes, ConfigTemplateBuilder};
+use glutin::context::{ContextApi, ContextAttributesBuilder, GlProfile, Version};
+use glutin::display::GetGlDisplay as _;
+use glutin::error::ErrorKind;
+use glutin::prelude::*;
+use std::ffi::{CStr, c_void};
+
+/// The library, and Mesa's drivers for it: the first does not bring the second.
+const INSTALL: &str = "install the Debian packages libegl1 libgl1-mesa-dri";
+
+/// An EGL context, current on its thread until it is dropped.
+pub(super) struct Egl(PossiblyCurrentContext);
+
+impl Egl {
+    /// The first device that gives a core 3.3 context: EGL lists GPUs before software.
+    pub(super) fn open() -> Result<Egl, Error> {
+        let devices = Device::query_devices().map_err(|error| match error.error_kind() {
+            ErrorKind::NotFound => Error::Context(format!("egl: libEGL.so.1 cannot be loaded: {INSTALL}")),
+            _ => Error::Context(format!("egl: no list of devices: {error}: {}", remedy(INSTALL))),
+        })?;
+
+        let mut failures = Vec::new();
+        for device in devices {
+            match open_on(&device) {
+                Ok(context) => return Ok(Egl(context)),
+                Err(error) => failures.push(format!("device {}: {error}", failures.len() + 1)),
+            }
+        }
+        let why = if failures.is_empty() { "there is no device".into() } else { failures.join(", ") };
+        Err(Error::Context(format!("egl: no OpenGL 3.3 core context ({why}): {}", remedy(INSTALL))))
+    }
+
+    pub(super) fn get_proc_address(&self, name: &CStr) -> *const c_void {
+        self.0.display().get_proc_address(name)
+    }
+}
+
+impl Drop for Egl {
+    fn drop(&mut self) {
+        // A context that is destroyed while current lives on until its thread makes another current. Should this fail,
+        // then that is all that happens, and there is nobody to tell.
+        let _ = self.0.make_not_current_in_place();
+    }
+}
+
+fn open_on(device: &Device) -> Result<PossiblyCurrentContext, glutin::error::Error> {
+    // SAFETY: no native display is passed, so there is none that must be valid.
+    let display = unsafe { Display::with_device(device, None)? };
+
+    // The defaults ask for a window with depth and stencil, and for OpenGL ES. All rendering is to framebuffer
+    // objects, so any config that can do OpenGL will do.
+    let template = ConfigTemplateBuilder::new()
+        .with_surface_type(ConfigSurfaceTypes::empty())
+        .with_api(Api::OPENGL)
+        .with_alpha_size(0)
+        .with_depth_size(0)
+        .with_stencil_size(0)
+        .build();
+    let attributes = ContextAttributesBuilder::new()
+        .with_profile(GlProfile::Core)
+        .with_context_api(ContextApi::OpenGl(Some(Version::new(3, 3))))
+        .build(None);
+
+    // SAFETY: the template names no native window.
+    let config = unsafe { display.find_configs(template)? }.next().ok_or(ErrorKind::BadConfig)?;
+    // SAFETY: the attributes name no native window and no context to share with.
+    let context = unsafe { display.create_context(&config, &attributes)? };
+    context.make_current_surfaceless()
+}

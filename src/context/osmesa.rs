@@ -1,0 +1,166 @@
+//! A context by OSMesa: Mesa's software drivers in one library that is opened at run time, drawing to memory.
+
+use super::remedy;
+use crate::Error;
+use libloading::Library;
+use std::ffi::{CStr, OsStr, c_char, c_int, c_uint, c_void};
+use std::ptr::{self, NonNull};
+use std::sync::LazyLock;
+
+const LIBRARY: &str = "libOSMesa.so.8";
+
+/// The drivers that `GALLIUM_DRIVER` may ask OSMesa for.
+const DRIVERS: [&str; 2] = ["llvmpipe", "softpipe"];
+
+// Of GL/osmesa.h and GL/gl.h.
+const OSMESA_FORMAT: c_int = 0x22;
+const OSMESA_DEPTH_BITS: c_int = 0x30;
+const OSMESA_STENCIL_BITS: c_int = 0x31;
+const OSMESA_PROFILE: c_int = 0x33;
+const OSMESA_CORE_PROFILE: c_int = 0x34;
+const OSMESA_CONTEXT_MAJOR_VERSION: c_int = 0x36;
+const OSMESA_CONTEXT_MINOR_VERSION: c_int = 0x37;
+const OSMESA_RGBA: c_int = 0x1908;
+const GL_UNSIGNED_BYTE: c_uint = 0x1401;
+
+type CreateContextAttribs = unsafe extern "C" fn(attributes: *const c_int, share: *mut c_void) -> *mut c_void;
+type MakeCurrent =
+    unsafe extern "C" fn(context: *mut c_void, buffer: *mut c_void, kind: c_uint, width: c_int, height: c_int) -> u8;
+type DestroyContext = unsafe extern "C" fn(context: *mut c_void);
+type GetProcAddress = unsafe extern "C" fn(name: *const c_char) -> *const c_void;
+
+/// The library and what is called of it.
+struct Functions {
+    create_context_attribs: CreateContextAttribs,
+    make_current: MakeCurrent,
+    destroy_context: DestroyContext,
+    get_proc_address: GetProcAddress,
+    // The addresses above, and all that `get_proc_address` ever gave, point into it.
+    _library: Library,
+}
+
+impl Functions {
+    fn load(library: &str) -> Result<Functions, String> {
+        let missing = |error: libloading::Error| format!("osmesa: {error}: install the Debian package libosmesa6");
+        // SAFETY: libOSMesa's initialisers have no precondition.
+        let library = unsafe { Library::new(library) }.map_err(missing)?;
+        // SAFETY: the types are those of GL/osmesa.h, and the library is kept beside the addresses.
+        unsafe {
+            Ok(Functions {
+                create_context_attribs: *library.get(b"OSMesaCreateContextAttribs\0").map_err(missing)?,
+                make_current: *library.get(b"OSMesaMakeCurrent\0").map_err(missing)?,
+                destroy_context: *library.get(b"OSMesaDestroyContext\0").map_err(missing)?,
+                get_proc_address: *library.get(b"OSMesaGetProcAddress\0").map_err(missing)?,
+                _library: library,
+            })
+        }
+    }
+
+    /// The process's one copy. It is never unloaded, on purpose: a clone of a context's `Arc<glow::Context>` holds
+    /// addresses of it for as long as it likes, and Mesa's worker threads and its destructors of thread-local
+    /// variables run its code after the last context is gone.
+    fn of_process() -> Result<&'static Functions, Error> {
+        static FUNCTIONS: LazyLock<Result<Functions, String>> = LazyLock::new(|| Functions::load(LIBRARY));
+        FUNCTIONS.as_ref().map_err(|why| Error::Context(why.clone()))
+    }
+}
+
+/// An OSMesa context, current on its thread until it is dropped.
+pub(super) struct Osmesa {
+    functions: &'static Functions,
+    context: NonNull<c_void>,
+    // OSMesa has no context without a buffer to draw to. Nobody draws to this one or reads it, yet it must outlive the
+    // context: fields are freed after `drop` below has run.
+    _buffer: Vec<u8>,
+}
+
+impl Osmesa {
+    pub(super) fn open() -> Result<Osmesa, Error> {
+        check_driver(std::env::var_os("GALLIUM_DRIVER").as_deref())?;
+        let functions = Functions::of_process()?;
+
+        // The default framebuffer is never used, so it needs neither depth nor stencil.
+        let attributes = [
+            [OSMESA_FORMAT, OSMESA_RGBA],
+            [OSMESA_DEPTH_BITS, 0],
+            [OSMESA_STENCIL_BITS, 0],
+            [OSMESA_PROFILE, OSMESA_CORE_PROFILE],
+            [OSMESA_CONTEXT_MAJOR_VERSION, 3],
+            [OSMESA_CONTEXT_MINOR_VERSION, 3],
+            [0, 0],
+        ];
+        // SAFETY: the list is of pairs and ends in 0, and there is no context to share with.
+        let context = unsafe { (functions.create_context_attribs)(attributes.as_ptr().cast(), ptr::null_mut()) };
+        let context = NonNull::new(context)
+            .ok_or_else(|| Error::Context(format!("osmesa: no OpenGL 3.3 core context: {}", remedy("update Mesa"))))?;
+
+        let (width, height) = (1, 1);
+        let mut buffer = vec![0; 4 * width * height];
+        let address = buffer.as_mut_ptr().cast();
+        let osmesa = Osmesa { functions, context, _buffer: buffer };
+        // SAFETY: the buffer holds width x height texels of four bytes, and lives as long as the context.
+        let made = unsafe {
+            (functions.make_current)(context.as_ptr(), address, GL_UNSIGNED_BYTE, width as c_int, height as c_int)
+        };
+        if made == 0 {
+            return Err(Error::Context("osmesa: the context cannot be made current: update Mesa".into()));
+        }
+        Ok(osmesa)
+    }
+
+    pub(super) fn get_proc_address(&self, name: &CStr) -> *const c_void {
+        // SAFETY: the name ends in 0.
+        unsafe { (self.functions.get_proc_address)(name.as_ptr()) }
+    }
+}
+
+impl Drop for Osmesa {
+    fn drop(&mut self) {
+        // SAFETY: the context is this one's own, and on its own thread. It is not current any more when it is
+        // destroyed, and the buffer still lives.
+        unsafe {
+            (self.functions.make_current)(ptr::null_mut(), ptr::null_mut(), 0, 0, 0);
+            (self.functions.destroy_context)(self.context.as_ptr());
+        }
+    }
+}
+
+/// OSMesa crashes where `GALLIUM_DRIVER` names a driver that it does not have, or zink, so such a name never gets there.
+fn check_driver(driver: Option<&OsStr>) -> Result<(), Error> {
+    match driver {
+        None => Ok(()),
+        Some(driver) if driver.is_empty() || DRIVERS.iter().any(|&known| driver == known) => Ok(()),
+        Some(driver) => Err(Error::Context(format!(
+            "osmesa: it has no driver {driver:?}: unset GALLIUM_DRIVER, or set it to {}",
+            DRIVERS.join(" or ")
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_drivers_that_osmesa_has_are_let_through() {
+        for driver in [None, Some(""), Some("llvmpipe"), Some("softpipe")] {
+            check_driver(driver.map(OsStr::new)).unwrap();
+        }
+        for driver in ["zink", "nonsense", "LLVMpipe", "llvmpipe "] {
+            let error = check_driver(Some(OsStr::new(driver))).unwrap_err().to_string();
+            assert!(error.contains(driver) && error.contains("GALLIUM_DRIVER"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_library_that_is_not_there_is_named_with_its_package() {
+        let error = Functions::load("libOSMesa.so.0-none").err().unwrap();
+        assert!(error.contains("libOSMesa.so.0-none") && error.contains("libosmesa6"), "{error}");
+    }
+
+    #[test]
+    fn a_library_without_osmesas_functions_is_refused() {
+        let error = Functions::load("libc.so.6").err().unwrap();
+        assert!(error.contains("OSMesaCreateContextAttribs"), "{error}");
+    }
+}
