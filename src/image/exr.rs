@@ -1,0 +1,118 @@
+//! OpenEXR files: 32-bit float, the channel `Y` or the channels `R`, `G`, `B`, with text.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use ::exr::meta::header::Header;
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Compression, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
+    LineOrder, ReadChannels, ReadLayers, Text, WritableImage,
+};
+
+use super::{Image, Texel, check_claim, open};
+use crate::Error;
+
+/// The bytes of an EXR file that holds `image`, its top row first, and the pairs (keyword, text) of `text` as string
+/// attributes. Their names are the keywords in lower case, as EXR's own `software` and `comments` are.
+/// Every value is kept to the bit, infinities included.
+pub fn encode<T: Texel<Component = f32>>(image: &Image<T>, text: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
+    let refused = |what: String| {
+        Error::Usage(format!("an image of {}x{} cannot be written as EXR: {what}", image.width, image.height))
+    };
+    if image.is_empty() {
+        return Err(refused("it has no pixels".into()));
+    }
+    let channel = |(i, name): (usize, &&str)| {
+        let samples = image.rows_from_top().flatten().map(|texel| texel.components()[i]).collect();
+        AnyChannel::new(*name, FlatSamples::F32(samples))
+    };
+    // EXR wants its channels in the order of their names.
+    let channels = AnyChannels::sort(channel_names::<T>().iter().enumerate().map(channel).collect());
+
+    let mut attributes = LayerAttributes::default();
+    for &(keyword, text) in text {
+        // An EXR string is bytes without a declared encoding; UTF-8 is what readers show.
+        let text = Text::from_slice_unchecked(text.as_bytes());
+        match keyword.to_lowercase().as_str() {
+            "software" => attributes.software_name = Some(text),
+            "comments" => attributes.comments = Some(text),
+            name => {
+                let name = Text::from_slice_unchecked(name.as_bytes());
+                attributes.other.insert(name, AttributeValue::Text(text));
+            }
+        }
+    }
+    // ZIP over 16 rows at once: lossless, and every reader of EXR knows it.
+    let encoding = ::exr::image::Encoding {
+        compression: Compression::ZIP16,
+        blocks: ::exr::image::Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let layer = Layer::new((image.width, image.height), attributes, encoding, channels);
+    let mut bytes = Cursor::new(Vec::new());
+    ExrImage::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| refused(e.to_string()))?;
+    Ok(bytes.into_inner())
+}
+
+/// Reads the first layer of an EXR file: `Y` as `f32`, `R`, `G`, `B` as `[f32; 3]`; other channels are passed over.
+pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
+    let chunks = chunks(path)?;
+    let image = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_chunks(chunks)
+        .map_err(|e| Error::input(path, e.to_string()))?;
+    let layer = image.layer_data;
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let mut planes = Vec::new();
+    for &name in channel_names::<T>() {
+        let Some(channel) = layer.channel_data.list.iter().find(|channel| channel.name.eq(name)) else {
+            let found: Vec<String> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
+            let what = format!("the channel {name} is wanted here, the file holds {}", found.join(", "));
+            return Err(Error::input(path, what));
+        };
+        let plane: Vec<f32> = channel.sample_data.values_as_f32().collect();
+        if plane.len() != width * height {
+            return Err(Error::input(path, format!("the channel {name} does not have one value a pixel")));
+        }
+        planes.push(plane);
+    }
+    Ok(Image::from_fn(width, height, |x, y| T::from_components(|i| planes[i][(height - 1 - y) * width + x])))
+}
+
+/// Reads the string attributes of an EXR file's first layer as pairs (name, text), in no particular order.
+pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
+    let chunks = chunks(path)?;
+    let attributes = &chunks.headers()[0].own_attributes;
+    let string = |text: &Text| String::from_utf8_lossy(text.bytes()).into_owned();
+    let mut pairs = Vec::new();
+    for (name, text) in [("software", &attributes.software_name), ("comments", &attributes.comments)] {
+        pairs.extend(text.as_ref().map(|text| (name.into(), string(text))));
+    }
+    for (name, value) in &attributes.other {
+        if let AttributeValue::Text(text) = value {
+            pairs.push((string(name), string(text)));
+        }
+    }
+    Ok(pairs)
+}
+
+type Chunks = ::exr::block::reader::Reader<std::io::BufReader<std::fs::File>>;
+
+/// Opens a file and reads its headers, but no pixels yet.
+fn chunks(path: &Path) -> Result<Chunks, Error> {
+    let (file, length) = open(path)?;
+    let chunks = ::exr::block::read(file, false).map_err(|e| Error::input(path, e.to_string()))?;
+    let bytes = |header: &Header| {
+        header.layer_size.0 as u128 * header.layer_size.1 as u128 * header.channels.bytes_per_pixel as u128
+    };
+    check_claim(path, length, chunks.headers().iter().map(bytes).sum())?;
+    Ok(chunks)
+}
+
+fn channel_names<T: Texel>() -> &'static [&'static str] {
+    if T::COMPONENTS == 1 { &["Y"] } else { &["R", "G", "B"] }
+}

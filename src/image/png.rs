@@ -1,0 +1,93 @@
+//! PNG files: 8 bits a component, grey or RGB, with text.
+
+use std::path::Path;
+
+use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader};
+
+use super::{Image, Texel, check_claim, open};
+use crate::Error;
+
+/// The bytes of a PNG file that holds `image`, its top row first, and the pairs (keyword, text) of `text`.
+/// A keyword is 1 to 79 characters of Latin-1; the text may hold any.
+pub fn encode<T: Texel<Component = u8>>(image: &Image<T>, text: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
+    let refused = |what: String| {
+        Error::Usage(format!("an image of {}x{} cannot be written as PNG: {what}", image.width, image.height))
+    };
+    let (Ok(width), Ok(height)) = (u32::try_from(image.width), u32::try_from(image.height)) else {
+        return Err(refused("too large".into()));
+    };
+    if image.is_empty() {
+        return Err(refused("it has no pixels".into()));
+    }
+    let rows: Vec<u8> = image.rows_from_top().flatten().flat_map(T::components).copied().collect();
+
+    let write = || -> Result<Vec<u8>, EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, width, height);
+        encoder.set_color(color::<T>());
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::Balanced);
+        for &(keyword, text) in text {
+            // Every reader knows tEXt, which is Latin-1; iTXt is UTF-8.
+            if text.is_ascii() {
+                encoder.add_text_chunk(keyword.into(), text.into())?;
+            } else {
+                encoder.add_itxt_chunk(keyword.into(), text.into())?;
+            }
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&rows)?;
+        writer.finish()?;
+        Ok(bytes)
+    };
+    write().map_err(|e| refused(e.to_string()))
+}
+
+/// Reads a PNG file of 8 bits a component: grey as `u8`, RGB as `[u8; 3]`.
+pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
+    let mut reader = reader(path)?;
+    let found = (reader.info().color_type, reader.info().bit_depth);
+    let wanted = (color::<T>(), BitDepth::Eight);
+    if found != wanted {
+        let name = |(color, depth): (ColorType, BitDepth)| format!("{color:?} of {} bits", depth as u8);
+        return Err(Error::input(path, format!("{} is wanted here, the file holds {}", name(wanted), name(found))));
+    }
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let mut bytes = vec![0; width * height * T::COMPONENTS];
+    reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;
+    Ok(Image::from_fn(width, height, |x, y| {
+        let texel = ((height - 1 - y) * width + x) * T::COMPONENTS;
+        T::from_components(|i| bytes[texel + i])
+    }))
+}
+
+/// Reads the pairs (keyword, text) of a PNG file, in no particular order.
+pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
+    let mut reader = reader(path)?;
+    reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // text may also follow the pixels
+    let info = reader.info();
+    let mut pairs = Vec::new();
+    for chunk in &info.uncompressed_latin1_text {
+        pairs.push((chunk.keyword.clone(), chunk.text.clone()));
+    }
+    for chunk in &info.compressed_latin1_text {
+        pairs.push((chunk.keyword.clone(), chunk.get_text().map_err(|e| Error::input(path, e.to_string()))?));
+    }
+    for chunk in &info.utf8_text {
+        pairs.push((chunk.keyword.clone(), chunk.get_text().map_err(|e| Error::input(path, e.to_string()))?));
+    }
+    Ok(pairs)
+}
+
+fn reader(path: &Path) -> Result<Reader<impl std::io::BufRead + std::io::Seek + use<>>, Error> {
+    let (file, length) = open(path)?;
+    let mut decoder = Decoder::new(file);
+    let info = decoder.read_header_info().map_err(|e| Error::input(path, e.to_string()))?;
+    let claimed = u128::from(info.width) * u128::from(info.height) * info.bits_per_pixel() as u128 / 8;
+    check_claim(path, length, claimed)?;
+    decoder.read_info().map_err(|e| Error::input(path, e.to_string()))
+}
+
+fn color<T: Texel>() -> ColorType {
+    if T::COMPONENTS == 1 { ColorType::Grayscale } else { ColorType::Rgb }
+}
