@@ -1,0 +1,58 @@
+//! The float64 twin of `glsl/gbuffer.frag`: colour, depth and normal of what the ray of each pixel's centre meets.
+
+use super::trace::Tracer;
+use crate::image::Image;
+use crate::scene::{Camera, Mesh};
+use crate::settings::Normals;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// What one pixel sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Linear eye-space z; infinite on background.
+    pub depth: f64,
+    /// Unit normal in eye space; zero on background.
+    pub normal: DVec3,
+    /// The material's colour; white on background.
+    pub diffuse: [f32; 3],
+}
+
+/// The scene as the camera sees it, by one ray a pixel.
+pub fn gbuffer(
+    mesh: &Mesh,
+    camera: &Camera,
+    (width, height): (usize, usize),
+    normals: Normals,
+) -> Image<Surface> {
+    let tracer = Tracer::new(mesh);
+    let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
+    let texel = |x: usize, y: usize| {
+        let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
+        let (start, r) = camera.ray(u, v);
+        let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
+        // r.z is 1, so that t is the depth.
+        let hit = tracer.nearest(camera.eye + to_world(start), to_world(r), camera.near..=camera.far);
+        let Some(hit) = hit else {
+            return Surface { depth: f64::INFINITY, normal: DVec3::ZERO, diffuse: [1.0; 3] };
+        };
+        let corners = mesh.triangles[hit.triangle].map(|i| i as usize);
+        let [a, b, c] = corners.map(|i| mesh.positions[i]);
+        let plane = camera.direction_to_eye((b - a).cross(c - a)).normalize();
+        let plane = if plane.dot(r) > 0.0 { -plane } else { plane };
+        let normal = match &vertex_normals {
+            None => plane,
+            Some(normals) => {
+                let [a, b, c] = corners.map(|i| normals[i]);
+                let weights = hit.barycentric;
+                let smooth = camera.direction_to_eye(weights.x * a + weights.y * b + weights.z * c).normalize_or(plane);
+                // To the side of the triangle that is seen.
+                if smooth.dot(plane) < 0.0 { -smooth } else { smooth }
+            }
+        };
+        let group = mesh.groups.iter().find(|group| group.triangles.contains(&hit.triangle));
+        Surface { depth: hit.t, normal, diffuse: group.map_or([1.0; 3], |group| group.colour) }
+    };
+    let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
+    Image { width, height, texels }
+}

@@ -1,0 +1,187 @@
+//! Rays against triangles in float64, both sides.
+
+use crate::scene::Mesh;
+use glam::DVec3;
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::{BvhBuildParams, Boundable};
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+/// By how much float32 boxes are widened, as a share of the scene's size: float32 arithmetic on coordinates of at most
+/// 1 is right to a few 1e-7, and a box that is too large costs time but no hit.
+const MARGIN: f64 = 2e-6;
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The point is origin + t direction.
+    pub t: f64,
+    /// Which triangle of the mesh.
+    pub triangle: usize,
+    /// The weights of its three corners at the point; they add up to 1.
+    pub barycentric: DVec3,
+}
+
+/// A mesh made ready for rays: float32 boxes choose the triangles, which are met in float64.
+pub struct Tracer<'a> {
+    mesh: &'a Mesh,
+    hierarchy: CwBvh,
+    centre: DVec3,
+    scale: f64,
+}
+
+struct Bounds(Aabb);
+
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+impl Tracer<'_> {
+    /// Builds the bounding volume hierarchy.
+    pub fn new(mesh: &Mesh) -> Tracer<'_> {
+        let (low, high) = mesh.bounds();
+        let centre = (low + high) / 2.0;
+        // Boxes are about the scene's centre and of its size, so that float32 serves at any offset and scale.
+        let scale = 1.0 / mesh.diagonal().max(f64::MIN_POSITIVE);
+        let boxes: Vec<Bounds> = mesh
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|i| (mesh.positions[i as usize] - centre) * scale);
+                let low = a.min(b).min(c) - MARGIN;
+                let high = a.max(b).max(c) + MARGIN;
+                Bounds(Aabb { min: low.as_vec3a(), max: high.as_vec3a() })
+            })
+            .collect();
+        let hierarchy = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        Tracer { mesh, hierarchy, centre, scale }
+    }
+
+    /// The nearest hit with t in `range`; `direction` may have any length, t counts in it.
+    pub fn nearest(&self, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
+        // The part of the ray within the scene's box, so that what float32 sees is near it.
+        let (enter, leave) = self.clip(origin, direction, &range)?;
+        let length = direction.length();
+        // In boxes, t counts scene sizes from the entry.
+        let unit = length * self.scale;
+        let start = (origin + enter * direction - self.centre) * self.scale;
+        let reach = ((leave - enter) * unit + 4.0 * MARGIN) as f32;
+        let ray = Ray::new(start.as_vec3a(), (direction / length).as_vec3a(), 0.0, reach);
+        let mut nearest: Option<Hit> = None;
+        let mut end = *range.end();
+        self.hierarchy.ray_traverse(ray, &mut RayHit::none(), |_, id| {
+            let triangle = self.hierarchy.primitive_indices[id] as usize;
+            match self.meet(origin, direction, triangle) {
+                Some(hit) if hit.t >= *range.start() && hit.t <= end => {
+                    end = hit.t;
+                    nearest = Some(hit);
+                    ((hit.t - enter) * unit + 4.0 * MARGIN) as f32
+                }
+                _ => f32::INFINITY,
+            }
+        });
+        nearest
+    }
+
+    /// The range of t in which the ray lies within the mesh's bounding box, somewhat widened.
+    fn clip(&self, origin: DVec3, direction: DVec3, range: &RangeInclusive<f64>) -> Option<(f64, f64)> {
+        let (low, high) = self.mesh.bounds();
+        let widened = 2.0 * MARGIN / self.scale;
+        let (mut enter, mut leave) = (*range.start(), *range.end());
+        for axis in 0..3 {
+            let (o, d) = (origin[axis], direction[axis]);
+            let (low, high) = (low[axis] - widened, high[axis] + widened);
+            if d == 0.0 {
+                if o < low || o > high {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low - o) / d, (high - o) / d);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        (enter <= leave).then_some((enter, leave))
+    }
+
+    /// Where the ray meets one triangle, from either side. By the signs of the volumes that the ray spans with each
+    /// edge: neighbours compute the same number for a shared edge, so no ray slips between them.
+    fn meet(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
+        let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize] - origin);
+        let weights = DVec3::new(
+            direction.dot(c.cross(b)),
+            direction.dot(a.cross(c)),
+            direction.dot(b.cross(a)),
+        );
+        if weights.min_element() < 0.0 && weights.max_element() > 0.0 {
+            return None;
+        }
+        let sum = weights.element_sum();
+        if sum == 0.0 {
+            return None;
+        }
+        let barycentric = weights / sum;
+        let point = barycentric.x * a + barycentric.y * b + barycentric.z * c;
+        let t = point.dot(direction) / direction.length_squared();
+        t.is_finite().then_some(Hit { t, triangle, barycentric })
+    }
+}
+
+/// Every triangle in turn, without a hierarchy: what [`Tracer::nearest`] must equal.
+#[cfg(test)]
+fn nearest_of_all(tracer: &Tracer, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
+    (0..tracer.mesh.triangles.len())
+        .filter_map(|triangle| tracer.meet(origin, direction, triangle))
+        .filter(|hit| range.contains(&hit.t))
+        .min_by(|a, b| a.t.total_cmp(&b.t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use rand_pcg::Pcg64Mcg;
+    use rand_pcg::rand_core::Rng;
+
+    #[test]
+    fn the_hierarchy_finds_the_hit_that_trying_every_triangle_finds() {
+        let cornell = Scene::open("cornell-box").unwrap().mesh;
+        for offset in [DVec3::ZERO, DVec3::splat(1e7)] {
+            let positions = cornell.positions.iter().map(|&p| p + offset).collect();
+            let mesh = Mesh::new(positions, cornell.triangles.clone()).unwrap();
+            let tracer = Tracer::new(&mesh);
+            let mut random = Pcg64Mcg::new(7);
+            let mut uniform = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            let mut hits = 0;
+            for _ in 0..20_000 {
+                let mut vector = || DVec3::new(uniform(), uniform(), uniform());
+                let origin = offset + (vector() * 3.0 - 1.0) * 550.0;
+                let direction = offset + vector() * 550.0 - origin;
+                let found = tracer.nearest(origin, direction, 0.0..=0.9);
+                let expected = nearest_of_all(&tracer, origin, direction, 0.0..=0.9);
+                assert_eq!(found.map(|hit| hit.t), expected.map(|hit| hit.t), "{origin} {direction}");
+                hits += usize::from(found.is_some());
+            }
+            assert!(hits > 10_000, "{hits}");
+        }
+    }
+
+    #[test]
+    fn a_ray_along_an_axis_and_through_a_shared_edge_hits() {
+        let corners = [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(|(x, y)| DVec3::new(x, y, 5.0));
+        let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        let tracer = Tracer::new(&mesh);
+        for i in 0..=100 {
+            let x = f64::from(i) / 100.0;
+            let hit = tracer.nearest(DVec3::new(x, x, 0.0), DVec3::Z, 0.0..=10.0).unwrap();
+            assert!((hit.t - 5.0).abs() < 1e-12);
+            assert!(tracer.nearest(DVec3::new(x, x, 0.0), DVec3::Z, 0.0..=4.9).is_none());
+            assert!(tracer.nearest(DVec3::new(x, x, 9.0), -DVec3::Z, 0.0..=10.0).is_some());
+        }
+    }
+}
