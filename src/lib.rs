@@ -2,4 +2,5 @@
 
 mod error;
 pub mod image;
+pub mod scene;
 pub use error::Error;
