@@ -174,11 +174,13 @@ fn face<'a>(
     for word in words {
         let mut parts = word.split('/');
         let (position, _texture, normal) = (parts.next().unwrap_or(""), parts.next(), parts.next().unwrap_or(""));
+        let no_corner = || format!("{} is not a corner; write v, v/vt, v//vn or v/vt/vn", quoted(word));
         if parts.next().is_some() {
-            return Err(format!("{} is not a corner; write v, v/vt, v//vn or v/vt/vn", quoted(word)));
+            return Err(no_corner());
         }
-        let v = index(position, positions, "v")?;
-        let vn = if normal.is_empty() { 0 } else { index(normal, normals, "vn")? };
+        let read = |part: &str| part.parse::<i64>().map_err(|_| no_corner());
+        let v = index(read(position)?, positions, "v")?;
+        let vn = if normal.is_empty() { 0 } else { index(read(normal)?, normals, "vn")? };
         let _ = write!(out, " {v}//{}", vn + 1); // ours are one further on: see `Plain::text`
         count += 1;
         if count > MOST_CORNERS {
@@ -190,11 +192,9 @@ fn face<'a>(
 }
 
 /// An index from 1 on: as it stands, or counted back from the last of `count` when negative.
-fn index(word: &str, count: usize, of: &str) -> Result<usize, String> {
-    let i: i64 = word.parse().map_err(|_| format!("{} is not an index into the {of} lines", quoted(word)))?;
-    let resolved =
-        if i < 0 { i64::try_from(count).ok().and_then(|n| n.checked_add(i)?.checked_add(1)) } else { Some(i) };
-    match resolved.and_then(|i| usize::try_from(i).ok()) {
+fn index(i: i64, count: usize, of: &str) -> Result<usize, String> {
+    let from_one = if i < 0 { i64::try_from(count).unwrap_or(i64::MAX).checked_add(i + 1) } else { Some(i) };
+    match from_one.and_then(|i| usize::try_from(i).ok()) {
         Some(i) if (1..=count).contains(&i) => Ok(i),
         _ => Err(format!("index {i} is out of range; {count} {of} lines stand before it, counted from 1")),
     }

@@ -136,22 +136,25 @@ impl View {
             notices.push("the whole scene lies behind the camera: nothing is in view".into());
         }
         let scene_far = if farthest < SMALLEST { 1.0 } else { farthest };
-        if scene_far > FARTHEST && self.far.is_none() {
-            notices.push("the scene reaches beyond 1e15 from the camera: what lies there is clipped".into());
-        }
         let far = self.far.unwrap_or((scene_far * (1.0 + STAND_OFF)).min(FARTHEST));
         // From the scene's farthest z or from a given far, whichever is less.
         let least_near = NEAR_OF_FAR * scene_far.min(far);
         let near = self.near.unwrap_or((nearest * (1.0 - STAND_OFF)).max(least_near));
-        match (self.near, self.far) {
-            _ if near < far => Ok((near, far)),
-            (Some(near), _) if near * 2.0 <= FARTHEST => {
+        if near < far {
+            if far < farthest && self.far.is_none() {
+                notices.push("the scene reaches beyond 1e15 from the camera: what lies there is clipped".into());
+            }
+            return Ok((near, far));
+        }
+        // Only one of the two is given, or neither, and the scene's own other does not fit.
+        match self.near {
+            Some(near) if near * 2.0 <= FARTHEST => {
                 notices.push(format!("--near {near:?} lies beyond the whole scene: nothing is in view"));
                 Ok((near, near * 2.0))
             }
-            (Some(near), _) => usage(format!("--near {near:?} leaves no room below 1e15, the greatest --far")),
-            (None, _) => {
-                notices.push(format!("--far {far:?} lies before the whole scene: nothing is in view"));
+            Some(near) => usage(format!("--near {near:?} leaves no room below 1e15, the greatest --far")),
+            None => {
+                notices.push(format!("the whole scene lies beyond --far {far:e}: nothing is in view"));
                 Ok((far * NEAR_OF_FAR, far))
             }
         }
