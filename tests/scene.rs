@@ -158,7 +158,7 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "v 0 0 0\nv 1 0 0\nv 0 1 0\ng\nusemtl\nf 1 2 3\\",
     ];
     for text in spellings {
-        assert_eq!(load(&text), expected, "{text}");
+        assert_eq!(load(text.as_str()), expected, "{text}");
         assert_eq!(load(text.replace('\n', "\r\n")), expected, "with CRLF: {text}");
     }
     let latin1 = [b"# caf\xe9\no \xff\n".as_slice(), TRIANGLE.as_bytes()].concat();
@@ -225,11 +225,7 @@ fn faces_without_area_are_harmless() {
 
 #[test]
 fn faces_that_cross_themselves_and_faces_of_many_corners_do_not_panic() {
-    let mut state = 1_u64;
-    let mut random = |n: u64| {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 33) % n
-    };
+    let mut random = randomness();
     for corners in [4, 5, 6, 9, 30, 90, 300, 3000] {
         for grid in [2, 5, 1000] {
             let mut text = String::new();
@@ -346,6 +342,53 @@ fn material_files_stay_inside_the_models_folder() {
         fs::write(inside.join("m.mtl"), MTL).unwrap();
         std::os::unix::fs::symlink("m.mtl", inside.join("alias.mtl")).unwrap();
         assert!(load("alias.mtl").is_ok());
+    }
+}
+
+#[test]
+fn damaged_files_load_or_are_refused_in_one_line() {
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1e2 0\nv -1.5 1 0 1 1 1\nvn 0 0 1\nvt 0 0\ng a\nusemtl b\n\
+        f 1/1/1 2//1 3 \\\n 4\nf -1 -2 -3 -4 1 2\r\nl 1 2\n";
+    let mtl = "newmtl b\nKd 0.5 1 0\nKd 1\nillum 2\n# x\nnewmtl c d\nKd 1e3 0 -1";
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("model.obj");
+    let mut random = randomness();
+    let (mut loaded, mut not) = (0, 0);
+    for _ in 0..1000 {
+        let mut damaged = |text: &str| {
+            let mut bytes = text.as_bytes().to_vec();
+            for _ in 0..random(4) {
+                let at = random(bytes.len() as u64) as usize;
+                match random(3) {
+                    0 => bytes[at] = random(256) as u8,
+                    1 => bytes.insert(at, b"0123456789-/ \n\\.efnv#"[random(21) as usize]),
+                    _ => drop(bytes.remove(at)),
+                }
+            }
+            bytes
+        };
+        fs::write(&path, damaged(obj)).unwrap();
+        fs::write(folder.path().join("m.mtl"), damaged(mtl)).unwrap();
+        match Mesh::load_obj(&path) {
+            Ok(mesh) => {
+                loaded += 1;
+                assert!(mesh.vertex_normals().iter().all(|n| (n.length() - 1.0).abs() < 1e-12));
+            }
+            error => {
+                not += 1;
+                refused(error, &[]);
+            }
+        }
+    }
+    assert!(loaded > 100 && not > 100, "{loaded} loaded, {not} not: too little or too much damage");
+}
+
+/// A fixed sequence of numbers below the one asked for.
+fn randomness() -> impl FnMut(u64) -> u64 {
+    let mut state = 1_u64;
+    move |below| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) % below
     }
 }
 

@@ -2,11 +2,17 @@
 //!
 //! tobj reads the numbers, the corners of faces, and unites corners that share position and normal. It is given a
 //! plain dialect of the file only (`v x y z`, `vn x y z`, `f v//vn ...` with indices counted from 1), because on whole
-//! files tobj 4.0.5 gives no line numbers, accepts NaN and infinity, overflows on extreme `vt` and `vn` indices, panics
-//! on short MTL colours, makes triangles of polylines (`l 1 2 3`), lends a corner without a normal the normal of the
-//! corner before, fails on continued lines, on comments after a statement and on tabs after `usemtl`, and silently
-//! loses the first line after a byte order mark. Not read: texture coordinates, colours and weights that follow a
-//! position, and curved surfaces.
+//! files tobj 4.0.5
+//! - names no lines in its errors;
+//! - panics on `vt` and `vn` indices before the first, or near 2^63;
+//! - accepts NaN and infinity;
+//! - makes triangles of polylines (`l 1 2 3`), and fans of concave faces;
+//! - passes over a corner without a normal, so that normals no longer stand beside their positions;
+//! - silently loses the first line after a byte order mark, and with it every index is off by one;
+//! - refuses continued lines, comments after a statement, tabs after `usemtl`, bytes that are not UTF-8, and colours
+//!   on some positions only.
+//!
+//! Not read: texture coordinates, colours and weights that follow a position, and curved surfaces.
 
 use super::mesh::{FARTHEST, Group, Mesh};
 use super::mtl::{self, WHITE};
