@@ -158,7 +158,7 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "v 0 0 0\nv 1 0 0\nv 0 1 0\ng\nusemtl\nf 1 2 3\\",
     ];
     for text in spellings {
-        assert_eq!(load(text.as_str()), expected, "{text}");
+        assert_eq!(load(text), expected, "{text}");
         assert_eq!(load(text.replace('\n', "\r\n")), expected, "with CRLF: {text}");
     }
     let latin1 = [b"# caf\xe9\no \xff\n".as_slice(), TRIANGLE.as_bytes()].concat();
