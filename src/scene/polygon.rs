@@ -36,16 +36,14 @@ impl Triangulator {
                 self.earcut.earcut_slice(&self.flat, &[], &mut self.cut);
                 if self.cut.is_empty() {
                     self.cut.extend((1..n as u32 - 1).flat_map(|i| [0, i, i + 1]));
-                } else if self.area() < 0.0 {
-                    // Ears come out wound one way whatever the polygon's was.
-                    self.cut.chunks_exact_mut(3).for_each(|triangle| triangle.swap(1, 2));
                 }
             }
         }
         &self.cut
     }
 
-    /// Projects the corners along the axis the face looks along most, turned so that the face is counter-clockwise.
+    /// Projects the corners along the axis the face looks along most, turned so that the face is counter-clockwise:
+    /// then the ears are too.
     fn flatten(&mut self, corners: &[DVec3]) {
         // Newell's normal: also right for faces that are concave or not quite flat. Relative to the first corner, so
         // that a small face far from the origin keeps its digits.
@@ -63,11 +61,5 @@ impl Triangulator {
         let across = if along < 0.0 { -across } else { across };
         self.flat.clear();
         self.flat.extend(corners.iter().map(|&p| [(p - origin).dot(across), (p - origin).dot(up)]));
-    }
-
-    /// Twice the signed area of the cut.
-    fn area(&self) -> f64 {
-        let corner = |i: u32| DVec2::from_array(self.flat[i as usize]);
-        self.cut.chunks_exact(3).map(|t| (corner(t[1]) - corner(t[0])).perp_dot(corner(t[2]) - corner(t[0]))).sum()
     }
 }
