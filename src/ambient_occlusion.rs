@@ -208,13 +208,7 @@ impl AmbientOcclusion {
             Ok(())
         })?;
         timers.pass("ao", || {
-            programs.ao.draw(
-                full_screen,
-                &depth,
-                inputs.normals,
-                inputs.projection,
-                (self.radius, &self.settings),
-            );
+            programs.ao.draw(full_screen, &depth, inputs.normals, inputs.projection, (self.radius, &self.settings));
             Ok(())
         })?;
         if let Some(raw) = raw {

@@ -242,8 +242,7 @@ impl Targets {
         let colour = Texture::new(gl, "gbuffer: colour", Format::Rgba8, width, height)?;
         let depth = Texture::new(gl, "gbuffer: depth", depth_format, width, height)?;
         let normals = Texture::new(gl, "gbuffer: normals", normal_format, width, height)?;
-        let depth_buffer =
-            Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, width, height)?;
+        let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, width, height)?;
         let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
         let target = Target::new(gl, "gbuffer", &[&colour, &depth, &normals], attachment, size)?;
         Ok(Targets { colour, depth, normals, encoding, _depth_buffer: depth_buffer, target })

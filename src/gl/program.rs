@@ -129,11 +129,7 @@ impl Program {
     pub(crate) fn mat4(&self, name: &str, columns: &[f32; 16]) -> &Program {
         // SAFETY: as `float`.
         unsafe {
-            self.gl.uniform_matrix_4_f32_slice(
-                self.gl.get_uniform_location(self.id, name).as_ref(),
-                false,
-                columns,
-            )
+            self.gl.uniform_matrix_4_f32_slice(self.gl.get_uniform_location(self.id, name).as_ref(), false, columns)
         };
         self
     }
@@ -182,7 +178,10 @@ mod tests {
         let pieces = [Source { name: "shared/a.glsl", text: "" }, Source { name: "b.frag", text: "" }];
         assert_eq!(with_file_names("1:12(3): error: no\n", &pieces), "b.frag:12(3): error: no");
         assert_eq!(with_file_names("0(7) : error C0", &pieces), "shared/a.glsl(7) : error C0");
-        assert_eq!(with_file_names("ERROR: 1:2: x\nERROR: 0:3: y", &pieces), "ERROR: b.frag:2: x; ERROR: shared/a.glsl:3: y");
+        assert_eq!(
+            with_file_names("ERROR: 1:2: x\nERROR: 0:3: y", &pieces),
+            "ERROR: b.frag:2: x; ERROR: shared/a.glsl:3: y"
+        );
         assert_eq!(with_file_names("2 errors", &pieces), "2 errors");
     }
 }

@@ -64,13 +64,7 @@ impl Target {
             gl.bind_framebuffer(glow::FRAMEBUFFER, Some(id));
             let attachments: Vec<u32> = (0..colours.len() as u32).map(|i| glow::COLOR_ATTACHMENT0 + i).collect();
             for (&attachment, texture) in attachments.iter().zip(colours) {
-                gl.framebuffer_texture_2d(
-                    glow::FRAMEBUFFER,
-                    attachment,
-                    glow::TEXTURE_RECTANGLE,
-                    Some(texture.id),
-                    0,
-                );
+                gl.framebuffer_texture_2d(glow::FRAMEBUFFER, attachment, glow::TEXTURE_RECTANGLE, Some(texture.id), 0);
             }
             if let Some((point, buffer)) = depth {
                 gl.framebuffer_renderbuffer(glow::FRAMEBUFFER, point, glow::RENDERBUFFER, Some(buffer.id));

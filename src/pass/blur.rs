@@ -32,14 +32,14 @@ impl Blur {
         let sigma = f64::from(radius + 1) / 2.0;
         let weights: Vec<String> =
             (0..=radius).map(|k| format!("{:?}", (-f64::from(k * k) / (2.0 * sigma * sigma)).exp() as f32)).collect();
-        let defines = depth_defines(depth)
-            .value("RADIUS", radius)
-            .value("SPATIAL", weights.join(", "))
-            .word("KERNEL", match kernel {
+        let defines = depth_defines(depth).value("RADIUS", radius).value("SPATIAL", weights.join(", ")).word(
+            "KERNEL",
+            match kernel {
                 Kernel::X => "x",
                 Kernel::Y => "y",
                 Kernel::Full => "full",
-            });
+            },
+        );
         let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("blur.frag")])?;
         Ok(Blur { program })
     }
@@ -49,9 +49,7 @@ impl Blur {
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
         full_screen.bind_texture(1, ao.into());
-        program
-            .unit("ao_image", 1)
-            .float("inverse_2_sigma_squared", 1.0 / (2.0 * depth_sigma * depth_sigma));
+        program.unit("ao_image", 1).float("inverse_2_sigma_squared", 1.0 / (2.0 * depth_sigma * depth_sigma));
         full_screen.draw();
     }
 }

@@ -1,7 +1,7 @@
 //! Horizon-based ambient occlusion (ShaderX7 6.2) and the rotation tile that jitters it.
 
 use super::background::depth_defines;
-use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureRef, RAY, TextureTarget, pixel_extent};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, pixel_extent};
 use crate::Error;
 use crate::gl::{Defines, Format, Program, Texture, source};
 use crate::scene::Projection;

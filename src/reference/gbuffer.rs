@@ -19,12 +19,7 @@ pub struct Surface {
 }
 
 /// The scene as the camera sees it, by one ray a pixel.
-pub fn gbuffer(
-    mesh: &Mesh,
-    camera: &Camera,
-    (width, height): (usize, usize),
-    normals: Normals,
-) -> Image<Surface> {
+pub fn gbuffer(mesh: &Mesh, camera: &Camera, (width, height): (usize, usize), normals: Normals) -> Image<Surface> {
     let tracer = Tracer::new(mesh);
     let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
     let texel = |x: usize, y: usize| {

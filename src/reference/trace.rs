@@ -6,7 +6,7 @@ use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
-use obvhs::{BvhBuildParams, Boundable};
+use obvhs::{Boundable, BvhBuildParams};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
@@ -29,6 +29,7 @@ pub struct Hit {
 pub struct Tracer<'a> {
     mesh: &'a Mesh,
     hierarchy: CwBvh,
+    bounds: (DVec3, DVec3),
     centre: DVec3,
     scale: f64,
 }
@@ -44,8 +45,8 @@ impl Boundable for Bounds {
 impl Tracer<'_> {
     /// Builds the bounding volume hierarchy.
     pub fn new(mesh: &Mesh) -> Tracer<'_> {
-        let (low, high) = mesh.bounds();
-        let centre = (low + high) / 2.0;
+        let bounds = mesh.bounds();
+        let centre = bounds.0.midpoint(bounds.1);
         // Boxes are about the scene's centre and of its size, so that float32 serves at any offset and scale.
         let scale = 1.0 / mesh.diagonal().max(f64::MIN_POSITIVE);
         let boxes: Vec<Bounds> = mesh
@@ -59,7 +60,7 @@ impl Tracer<'_> {
             })
             .collect();
         let hierarchy = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
-        Tracer { mesh, hierarchy, centre, scale }
+        Tracer { mesh, hierarchy, bounds, centre, scale }
     }
 
     /// The nearest hit with t in `range`; `direction` may have any length, t counts in it.
@@ -90,7 +91,7 @@ impl Tracer<'_> {
 
     /// The range of t in which the ray lies within the mesh's bounding box, somewhat widened.
     fn clip(&self, origin: DVec3, direction: DVec3, range: &RangeInclusive<f64>) -> Option<(f64, f64)> {
-        let (low, high) = self.mesh.bounds();
+        let (low, high) = self.bounds;
         let widened = 2.0 * MARGIN / self.scale;
         let (mut enter, mut leave) = (*range.start(), *range.end());
         for axis in 0..3 {
@@ -113,11 +114,7 @@ impl Tracer<'_> {
     /// edge: neighbours compute the same number for a shared edge, so no ray slips between them.
     fn meet(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
         let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize] - origin);
-        let weights = DVec3::new(
-            direction.dot(c.cross(b)),
-            direction.dot(a.cross(c)),
-            direction.dot(b.cross(a)),
-        );
+        let weights = DVec3::new(direction.dot(c.cross(b)), direction.dot(a.cross(c)), direction.dot(b.cross(a)));
         if weights.min_element() < 0.0 && weights.max_element() > 0.0 {
             return None;
         }

@@ -1,0 +1,60 @@
+//! What is rendered and from where: models, the built-in scenes, and cameras.
+//!
+//! World space is right-handed with y up, as OBJ files have it. [`Camera::to_eye`] carries it to the left-handed eye
+//! space of the papers: x right, y up, z forward. Everything here is float64; positions become float32 only after they
+//! are relative to the camera, so that a scene far from the origin renders as it would at the origin.
+
+mod camera;
+mod cornell_box;
+mod mesh;
+mod mtl;
+mod obj;
+mod polygon;
+mod statement;
+mod view;
+
+pub use camera::{Camera, Projection};
+pub use mesh::{Group, Mesh};
+pub use view::{Lens, View};
+
+use crate::Error;
+use std::path::Path;
+
+/// The name of the built-in Cornell box, the default scene.
+pub const CORNELL_BOX: &str = "cornell-box";
+
+/// A model with the camera and radius that suit it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// A built-in scene's name, or the model's file name without its extension.
+    pub name: String,
+    /// The triangles.
+    pub mesh: Mesh,
+    /// The scene's own camera; empty for files. Lay the user's over it with [`View::or`].
+    pub view: View,
+    /// The scene's own AO radius R in scene units; none for files.
+    pub radius: Option<f64>,
+}
+
+impl Scene {
+    /// Opens a built-in scene by its name, `cornell-box`, or reads an OBJ file.
+    pub fn open(name_or_path: &str) -> Result<Scene, Error> {
+        match name_or_path {
+            CORNELL_BOX => cornell_box::scene(),
+            "nave" => Err(Error::Usage("the scene nave is not built yet; use cornell-box or an OBJ file".into())),
+            _ => Scene::from_file(Path::new(name_or_path)),
+        }
+    }
+
+    fn from_file(path: &Path) -> Result<Scene, Error> {
+        match path.try_exists() {
+            Ok(true) => {}
+            _ => {
+                let what = format!("no such file; give an OBJ file or the built-in scene {CORNELL_BOX}");
+                return Err(Error::input(path, what));
+            }
+        }
+        let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        Ok(Scene { name, mesh: Mesh::load_obj(path)?, view: View::default(), radius: None })
+    }
+}

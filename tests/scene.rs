@@ -1,0 +1,477 @@
+//! Models: what a file says is what is loaded, and whatever a file holds is answered in one line.
+
+use glam::DVec3;
+use hbao::Error;
+use hbao::scene::{Group, Mesh, Scene};
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// Loads `obj` from a folder of its own that also holds `files`.
+fn load_beside(obj: impl AsRef<[u8]>, files: &[(&str, &str)]) -> Result<Mesh, Error> {
+    let folder = TempDir::new().unwrap();
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    let path = folder.path().join("model.obj");
+    fs::write(&path, obj).unwrap();
+    Mesh::load_obj(&path)
+}
+
+fn load(obj: impl AsRef<[u8]>) -> Mesh {
+    load_beside(obj, &[]).unwrap()
+}
+
+/// Asserts that loading failed with one line that holds each of `words`.
+fn refused<T>(result: Result<T, Error>, words: &[&str]) {
+    let Err(error) = result else { panic!("accepted what must be refused: {words:?}") };
+    let message = error.to_string();
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(message.len() < 400, "{message}");
+    for word in words {
+        assert!(message.contains(word), "{word:?} is not in: {message}");
+    }
+}
+
+fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> [DVec3; 3] {
+    triangle.map(|i| mesh.positions[i as usize])
+}
+
+/// The sum of the triangles' areas, as vectors: zero where windings cancel.
+fn area_vector(mesh: &Mesh) -> DVec3 {
+    mesh.triangles.iter().map(|t| corners(mesh, t)).map(|[a, b, c]| (b - a).cross(c - a) / 2.0).sum()
+}
+
+/// The sum of the triangles' areas, whatever their winding.
+fn area(mesh: &Mesh) -> f64 {
+    mesh.triangles.iter().map(|t| corners(mesh, t)).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
+}
+
+fn colours(mesh: &Mesh) -> Vec<[f32; 3]> {
+    mesh.groups.iter().map(|group| group.colour).collect()
+}
+
+#[test]
+fn each_bad_number_is_named_with_its_line() {
+    for bad in ["nan", "NaN", "inf", "-inf", "infinity", "1e400", "-1e999"] {
+        refused(load_beside(format!("{TRIANGLE}v 0 {bad} 0\n"), &[]), &["line 5", bad, "finite"]);
+        refused(load_beside(format!("{TRIANGLE}vn 0 0 {bad}\n"), &[]), &["line 5", bad, "finite"]);
+    }
+    for bad in ["1,5", "x", "1.0D5", "--1", "0x10"] {
+        refused(load_beside(format!("v {bad} 0 0\n{TRIANGLE}"), &[]), &["line 1", bad, "not a number"]);
+    }
+    for huge in ["1.1e15", "-1e300"] {
+        refused(load_beside(format!("v 0 0 {huge}\n{TRIANGLE}"), &[]), &["line 1", huge, "1e15"]);
+    }
+    refused(load_beside(format!("{TRIANGLE}v 1 2\n"), &[]), &["line 5", "three numbers"]);
+    refused(load_beside(format!("{TRIANGLE}vn\n"), &[]), &["line 5", "three numbers"]);
+}
+
+#[test]
+fn each_bad_index_is_named_with_its_line() {
+    let extremes = ["4", "-4", "0", "9223372036854775807", "-9223372036854775808"];
+    for bad in extremes {
+        refused(load_beside(format!("{TRIANGLE}\nf 1 2 {bad}\n"), &[]), &["line 6", bad, "3 v lines"]);
+        refused(load_beside(format!("{TRIANGLE}vn 0 0 1\nf 1 2 3//{bad}\n"), &[]), &["line 6", bad, "1 vn lines"]);
+    }
+    for bad in ["99999999999999999999", "1.5", "a", "//", "/1/", "1/1/1/1", "1,2"] {
+        refused(load_beside(format!("{TRIANGLE}f 1 2 {bad}\n"), &[]), &["line 5", bad]);
+    }
+    // Forward references too: the count is of the lines before.
+    refused(load_beside("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", &[]), &["line 1", "0 v lines"]);
+}
+
+#[test]
+fn extreme_texture_indices_are_harmless() {
+    for vt in ["9223372036854775807", "-9223372036854775808", "0", "5"] {
+        assert_eq!(load(format!("vt 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/{vt} 2/{vt} 3/{vt}\n")).triangles.len(), 1);
+    }
+}
+
+#[test]
+fn files_without_faces_are_refused() {
+    let mut junk: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2654435761) >> 13) as u8).collect();
+    junk[0] = 0x89;
+    let empty: [&[u8]; 7] = [
+        b"",
+        b"\n\n",
+        b"# only\n# comments",
+        b"v 0 0 0\n",
+        &junk,
+        b"v 0 0 0\nf 1\nf 1 1\nf\np 1\nl 1 1 1\n",
+        &[0xff; 99],
+    ];
+    for bytes in empty {
+        refused(load_beside(bytes, &[]), &["model.obj", "no faces"]);
+    }
+}
+
+#[test]
+fn folders_and_missing_files_are_refused() {
+    let folder = TempDir::new().unwrap();
+    refused(Mesh::load_obj(folder.path()), &["is a folder"]);
+    refused(Mesh::load_obj(&folder.path().join("none.obj")), &["none.obj", "cannot be read"]);
+    refused(Scene::open("no/such/model.obj"), &["no/such/model.obj", "no such file", "cornell-box"]);
+    refused(Scene::open(""), &["no such file", "cornell-box"]);
+    refused(Scene::open("a\0b"), &["no such file"]);
+}
+
+#[test]
+fn the_nave_is_a_name_but_not_built_yet() {
+    let error = Scene::open("nave").unwrap_err();
+    assert!(error.is_usage());
+    refused(Err::<(), _>(error), &["nave", "not built yet"]);
+}
+
+#[test]
+fn a_scene_from_a_file_brings_no_camera_and_no_radius() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("some model.obj");
+    fs::write(&path, TRIANGLE).unwrap();
+    let scene = Scene::open(path.to_str().unwrap()).unwrap();
+    assert_eq!((scene.name.as_str(), scene.radius), ("some model", None));
+    assert_eq!(scene.view, Default::default());
+}
+
+#[test]
+fn spellings_of_the_same_triangle_load_the_same() {
+    let expected = load(TRIANGLE);
+    assert_eq!(expected.positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);
+    assert_eq!(expected.triangles, [[0, 1, 2]]);
+    let spellings = [
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3",
+        "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v 0 0 0 # origin\nv 1 0 0 #\n   v\t0  1 0\nf 1 2 3 # first\n",
+        "v 0 \\\n 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n2 \\\n3\n",
+        "# C:\\models\\\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v 0 0 0 0\nv 1 0 0 1\nv 0 1 0 2\nf 1 2 3\n",
+        "v 0 0 0 0.5 0.5 0.5\nv 1 0 0\nv 0 1 0 1 1 1\nf 1 2 3\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3\n",
+        "o a\ng b\ns 1\nv 0 0 0\nv 1 0 0\nl 1 2 2\nv 0 1 0\np 1 2 3\nf 1 2 3\nl 1 2 3\nf 1 2\ng empty\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2/ 3\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\ng\nusemtl\nf 1 2 3\\",
+    ];
+    for text in spellings {
+        assert_eq!(load(text), expected, "{text}");
+        assert_eq!(load(text.replace('\n', "\r\n")), expected, "with CRLF: {text}");
+    }
+    let latin1 = [b"# caf\xe9\no \xff\n".as_slice(), TRIANGLE.as_bytes()].concat();
+    assert_eq!(load(latin1), expected);
+}
+
+#[test]
+fn positions_keep_float64() {
+    let mesh = load("v 1000000.0000001 0 0\nv 1 1e15 0\nv 0 1 -1e15\nf 1 2 3\n");
+    assert_eq!(mesh.positions[0].x, 1000000.0000001);
+}
+
+#[test]
+fn concave_faces_keep_their_area_and_winding() {
+    // Outlines with their areas. A fan from the first corner covers more than the outline, or outside it.
+    let outlines: [(&[[f64; 2]], f64); 5] = [
+        (&[[0., 0.], [4., 0.], [1., 1.], [0., 4.]], 4.0), // an arrowhead, its notch at each corner in turn
+        (&[[0., 0.], [4., 0.], [4., 4.], [2., 1.], [0., 4.]], 10.0),
+        (&[[0., 0.], [3., 0.], [3., 1.], [1., 1.], [1., 2.], [3., 2.], [3., 3.], [0., 3.]], 7.0),
+        (&[[0., 0.], [2., 0.], [3., 1.], [2., 2.], [0., 2.], [1., 1.]], 4.0),
+        (&[[0., 0.], [1., 0.], [2., 0.], [2., 2.], [1., 2.], [0., 2.]], 4.0), // corners in a straight line
+    ];
+    let planes = [
+        (DVec3::X, DVec3::Y),
+        (DVec3::Y, DVec3::Z),
+        (DVec3::Z, DVec3::X),
+        (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.8, 0.0, -0.6)),
+        (DVec3::new(2.0, -1.0, 2.0) / 3.0, DVec3::new(2.0, 2.0, -1.0) / 3.0),
+    ];
+    for (outline, expected) in outlines {
+        for (across, up) in planes {
+            for start in 0..outline.len() {
+                for (reversed, scale, offset) in [(false, 1.0, 0.0), (true, 1.0, 1e6), (false, 1e-6, 0.0)] {
+                    let mut points: Vec<DVec3> =
+                        outline.iter().map(|[x, y]| (across * *x + up * *y) * scale + offset).collect();
+                    points.rotate_left(start);
+                    if reversed {
+                        points.reverse();
+                    }
+                    let mut text: String =
+                        points.iter().map(|p| format!("v {:?} {:?} {:?}\n", p.x, p.y, p.z)).collect();
+                    let face: String = (1..=points.len()).map(|i| format!(" {i}")).collect();
+                    text += &format!("f{face}\n");
+                    let mesh = load(&text);
+                    let normal = across.cross(up) * if reversed { -1.0 } else { 1.0 };
+                    let (facing, all) = (area_vector(&mesh).dot(normal) / scale.powi(2), area(&mesh) / scale.powi(2));
+                    assert!((facing - expected).abs() < 1e-6, "{facing} of {expected}: {text}");
+                    assert!((all - expected).abs() < 1e-6, "{all} of {expected}: {text}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn faces_without_area_are_harmless() {
+    let points = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nv 1e-300 0 0\n";
+    for face in ["1 1 1", "1 2 3", "1 2 3 4", "1 1 1 1", "1 2 3 4 5", "1 1 1 1 1 1", "5 4 3 2 1 2 3 4", "1 6 1 6 1"] {
+        let mesh = load(format!("{points}f {face}\n"));
+        assert_eq!(area(&mesh), 0.0, "{face}");
+        assert!(mesh.vertex_normals().iter().all(|n| *n == DVec3::Y), "{face}");
+    }
+}
+
+#[test]
+fn faces_that_cross_themselves_and_faces_of_many_corners_do_not_panic() {
+    let mut random = randomness();
+    for corners in [4, 5, 6, 9, 30, 90, 300, 3000] {
+        for grid in [2, 5, 1000] {
+            let mut text = String::new();
+            for _ in 0..corners {
+                text += &format!("v {} {} {}\n", random(grid), random(grid), random(3));
+            }
+            text += "f";
+            (1..=corners).for_each(|i| text += &format!(" {i}"));
+            load(&text);
+        }
+    }
+    let many = format!("{TRIANGLE}f{}\n", " 1 2 3".repeat(30_000));
+    refused(load_beside(many, &[]), &["line 5", "65536 corners"]);
+}
+
+#[test]
+fn vertex_normals_come_from_the_file_or_from_the_triangles() {
+    // Two triangles at a right angle, the second twice as large, on an edge that each has its own vertices for.
+    let bent = "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 0 0\nv 0 0 1\nv 0 2 0\nf 1 2 3\nf 5 4 6\n";
+    let normals = load(bent).vertex_normals();
+    assert_eq!(normals.len(), 6);
+    let shared = DVec3::new(2.0, 1.0, 0.0).normalize();
+    for i in [0, 1, 3, 4] {
+        assert!(normals[i].distance(shared) < 1e-15, "{}", normals[i]);
+    }
+    assert_eq!((normals[2], normals[5]), (DVec3::Y, DVec3::X));
+
+    // From the file: normalised whatever the length, one vertex per pair; where a corner has none, from the triangles.
+    let given = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1e300 0 0\nvn 0 -1e-320 0\nvn 0 0 0\nf 1//1 2//2 3\nf 1//2 2//2 3//3\n";
+    let mesh = load(given);
+    let found: Vec<_> = mesh.positions.iter().copied().zip(mesh.vertex_normals()).collect();
+    let (o, x, y, z) = (DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z);
+    assert_eq!(found, [(o, x), (x, -y), (y, z), (o, -y), (y, z)]);
+}
+
+const MTL: &str = "newmtl red\nKd 1 0 0\nnewmtl none\nillum 2.0\nd -halo 0.5\nKa spectral a.rfl\nnewmtl a name #2\n\
+    Kd 0.25 # grey\nnewmtl wild\nKd -1 7 0.5\n";
+
+#[test]
+fn materials_give_colours_and_triangles_are_sorted_by_them() {
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl red\nf 2 3 4\nf 1 2 4\n\
+        usemtl a name #2\nf 1 3 4\ng x\nusemtl\tred\nf 3 2 1\nusemtl wild\nusemtl none\nf 4 3 2\n";
+    let mesh = load_beside(obj, &[("m.mtl", MTL)]).unwrap();
+    let (white, red) = ([1.0; 3], [1.0, 0.0, 0.0]);
+    let group = |colour, triangles| Group { colour, triangles };
+    assert_eq!(mesh.groups, [group(white, 0..2), group(red, 2..5), group([0.25; 3], 5..6)]);
+    assert_eq!(corners(&mesh, &mesh.triangles[0]), [DVec3::ZERO, DVec3::X, DVec3::Y]);
+    assert_eq!(corners(&mesh, &mesh.triangles[4]), [DVec3::Y, DVec3::X, DVec3::ZERO]);
+
+    let clamped = load_beside(format!("mtllib m.mtl\r\nusemtl wild\r\n{TRIANGLE}"), &[("m.mtl", MTL)]).unwrap();
+    assert_eq!(colours(&clamped), [[0.0, 1.0, 0.5]]);
+}
+
+#[test]
+fn unknown_materials_are_white() {
+    for head in ["usemtl red\n", "mtllib m.mtl\nusemtl blue\n", "mtllib m.mtl\nusemtl\n"] {
+        let mesh = load_beside(format!("{head}{TRIANGLE}"), &[("m.mtl", MTL)]).unwrap();
+        assert_eq!(colours(&mesh), [[1.0; 3]]);
+    }
+}
+
+#[test]
+fn one_or_several_material_files_are_found_in_the_folder() {
+    let files =
+        [("a.mtl", "newmtl a\nKd 0 0 1"), ("b c.mtl", "newmtl a\nKd 1 1 0\nnewmtl b\nKd 0 1 0"), ("sub/d.MTL", MTL)];
+    let colour = |head: &str| colours(&load_beside(format!("{head}\n{TRIANGLE}"), &files).unwrap())[0];
+    assert_eq!(colour("mtllib a.mtl\nmtllib b c.mtl\nusemtl b"), [0.0, 1.0, 0.0]);
+    assert_eq!(colour("mtllib a.mtl\nmtllib a.mtl\nmtllib b c.mtl\nusemtl a"), [0.0, 0.0, 1.0]);
+    assert_eq!(colour("mtllib ./a.mtl sub/d.MTL\nusemtl red"), [1.0, 0.0, 0.0]);
+    assert_eq!(colour("mtllib sub\\d.MTL\nusemtl red"), [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn bad_material_files_are_refused() {
+    let bad = [
+        ("newmtl\n", "line 1: newmtl needs a name"),
+        ("\n\nKd 1 1 1\n", "line 3: Kd belongs after"),
+        ("newmtl a\nKd nan 0 0\n", "line 2: \"nan\" is not a finite number"),
+        ("newmtl a\nKd 0 1e999 0\n", "line 2: \"1e999\" is not a finite number"),
+        ("newmtl a\nKd 1 1\n", "line 2: Kd needs three numbers"),
+        ("newmtl a\nKd\n", "line 2: Kd needs three numbers"),
+        ("newmtl a\nKd spectral a.rfl\n", "line 2: \"spectral\" is not a number"),
+    ];
+    for (mtl, message) in bad {
+        refused(load_beside(format!("mtllib m.mtl\n{TRIANGLE}"), &[("m.mtl", mtl)]), &["m.mtl", message]);
+    }
+    refused(load_beside(format!("{TRIANGLE}mtllib m.mtl\n"), &[]), &["line 5", "m.mtl", "cannot be read"]);
+    refused(load_beside(format!("mtllib\n{TRIANGLE}"), &[]), &["line 1", "needs a file name"]);
+    refused(load_beside(format!("mtllib sub\n{TRIANGLE}"), &[("sub/m.mtl", MTL)]), &["line 1", "is not a file"]);
+}
+
+#[test]
+fn material_files_stay_inside_the_models_folder() {
+    let folder = TempDir::new().unwrap();
+    let inside = folder.path().join("inside");
+    fs::create_dir(&inside).unwrap();
+    fs::write(folder.path().join("secret.mtl"), MTL).unwrap();
+    let model = inside.join("model.obj");
+    let load = |name: &str| {
+        fs::write(&model, format!("mtllib {name}\n{TRIANGLE}")).unwrap();
+        Mesh::load_obj(&model)
+    };
+    let absolute = folder.path().join("secret.mtl");
+    for name in ["../secret.mtl", "..\\secret.mtl", "a/../../secret.mtl", "C:\\secret.mtl", absolute.to_str().unwrap()]
+    {
+        refused(load(name), &["line 1", "leads out of the model's folder"]);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&absolute, inside.join("link.mtl")).unwrap();
+        std::os::unix::fs::symlink(folder.path(), inside.join("sub")).unwrap();
+        refused(load("link.mtl"), &["leads out of the model's folder"]);
+        refused(load("sub/secret.mtl"), &["leads out of the model's folder"]);
+        fs::write(inside.join("m.mtl"), MTL).unwrap();
+        std::os::unix::fs::symlink("m.mtl", inside.join("alias.mtl")).unwrap();
+        assert!(load("alias.mtl").is_ok());
+    }
+}
+
+#[test]
+fn damaged_files_load_or_are_refused_in_one_line() {
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1e2 0\nv -1.5 1 0 1 1 1\nvn 0 0 1\nvt 0 0\ng a\nusemtl b\n\
+        f 1/1/1 2//1 3 \\\n 4\nf -1 -2 -3 -4 1 2\r\nl 1 2\n";
+    let mtl = "newmtl b\nKd 0.5 1 0\nKd 1\nillum 2\n# x\nnewmtl c d\nKd 1e3 0 -1";
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("model.obj");
+    let mut random = randomness();
+    let (mut loaded, mut not) = (0, 0);
+    for _ in 0..1000 {
+        let mut damaged = |text: &str| {
+            let mut bytes = text.as_bytes().to_vec();
+            for _ in 0..random(4) {
+                let at = random(bytes.len() as u64) as usize;
+                match random(3) {
+                    0 => bytes[at] = random(256) as u8,
+                    1 => bytes.insert(at, b"0123456789-/ \n\\.efnv#"[random(21) as usize]),
+                    _ => drop(bytes.remove(at)),
+                }
+            }
+            bytes
+        };
+        fs::write(&path, damaged(obj)).unwrap();
+        fs::write(folder.path().join("m.mtl"), damaged(mtl)).unwrap();
+        match Mesh::load_obj(&path) {
+            Ok(mesh) => {
+                loaded += 1;
+                assert!(mesh.vertex_normals().iter().all(|n| (n.length() - 1.0).abs() < 1e-12));
+            }
+            error => {
+                not += 1;
+                refused(error, &[]);
+            }
+        }
+    }
+    assert!(loaded > 100 && not > 100, "{loaded} loaded, {not} not: too little or too much damage");
+}
+
+/// A fixed sequence of numbers below the one asked for.
+fn randomness() -> impl FnMut(u64) -> u64 {
+    let mut state = 1_u64;
+    move |below| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) % below
+    }
+}
+
+#[test]
+fn a_mesh_made_in_code_is_checked() {
+    let points = || vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+    refused(Mesh::new(points(), vec![]), &["at least one triangle"]);
+    refused(Mesh::new(points(), vec![[0, 1, 3]]), &["triangle 0", "3 positions"]);
+    refused(Mesh::new(vec![DVec3::NAN; 3], vec![[0, 1, 2]]), &["position 0", "finite"]);
+    refused(Mesh::new(vec![DVec3::splat(2e15); 3], vec![[0, 1, 2]]), &["position 0", "1e15"]);
+    let mesh = Mesh::new(points(), vec![[0, 1, 2]]).unwrap();
+    let group = |colour, triangles| vec![Group { colour, triangles }];
+    refused(mesh.clone().with_groups(vec![]), &["groups cover 0 of 1"]);
+    refused(mesh.clone().with_groups(group([0.5; 3], 0..2)), &["groups cover 2 of 1"]);
+    refused(mesh.clone().with_groups(group([f32::NAN; 3], 0..1)), &["[0, 1]"]);
+    refused(mesh.clone().with_normals(vec![DVec3::X]), &["one finite normal"]);
+    assert_eq!(mesh.bounds(), (DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)));
+    assert_eq!(mesh.diagonal(), 2_f64.sqrt());
+}
+
+#[test]
+fn the_cornell_box_has_the_published_measurements() {
+    let scene = Scene::open("cornell-box").unwrap();
+    let mesh = &scene.mesh;
+    assert_eq!(mesh.bounds(), (DVec3::ZERO, DVec3::new(556.0, 548.8, 559.2)));
+    assert_eq!(mesh.triangles.len(), 38);
+    assert_eq!(scene.radius, Some(150.0));
+
+    // The sides of the blocks, which the publication gives by their corners only, are squares and boxes to a
+    // millimetre: about 165 x 165 x 165 and 165 x 330 x 165, turned by about 18 and 17 degrees.
+    let top = |height: f64| {
+        let mut found: Vec<DVec3> = mesh.positions.iter().copied().filter(|p| p.y == height).collect();
+        found.sort_by(|a, b| a.x.total_cmp(&b.x));
+        found.dedup();
+        found
+    };
+    for height in [165.0, 330.0] {
+        let corners = top(height);
+        assert_eq!(corners.len(), 4);
+        for (a, b) in [(0, 1), (0, 2), (1, 3), (2, 3)] {
+            let side = corners[a].distance(corners[b]);
+            assert!((side - 166.0).abs() < 2.0, "{side} at {height}");
+        }
+        // Each stands on the floor.
+        for corner in corners {
+            assert!(mesh.positions.contains(&corner.with_y(0.0)));
+        }
+    }
+
+    // Every face looks into the room, or out of its block: away from the block's axis.
+    let (room, short, tall) =
+        (DVec3::new(278.0, 274.0, 280.0), DVec3::new(186.0, 82.5, 169.0), DVec3::new(368.5, 165.0, 351.5));
+    let mut areas: HashMap<&str, f64> = HashMap::new();
+    for triangle in &mesh.triangles {
+        let [a, b, c] = corners(mesh, triangle);
+        let normal = (b - a).cross(c - a);
+        let middle = (a + b + c) / 3.0;
+        let near = |centre: DVec3| (middle - centre).with_y(0.0).length() < 120.0 && middle.y <= 2.0 * centre.y;
+        let on_floor = a.y.max(b.y).max(c.y) == 0.0;
+        let (part, away_from) = match () {
+            _ if near(short) && !on_floor => ("short", short),
+            _ if near(tall) && !on_floor => ("tall", tall),
+            _ if (a.y + b.y + c.y) / 3.0 > 548.0 => ("ceiling", room),
+            _ => ("walls", room),
+        };
+        let outward = normal.dot(middle - away_from);
+        assert!(if away_from == room { outward < 0.0 } else { outward > 0.0 }, "{part}: {a} {b} {c}");
+        *areas.entry(part).or_default() += normal.length() / 2.0;
+    }
+    // The light fills its opening: together they are the whole ceiling, once.
+    assert!((areas["ceiling"] - 556.0 * 559.2).abs() < 1e-6);
+    for (part, height) in [("short", 165.0), ("tall", 330.0)] {
+        let expected = 166.0 * 166.0 + 4.0 * 166.0 * height;
+        assert!((areas[part] / expected - 1.0).abs() < 0.01, "{part}: {}", areas[part]);
+    }
+    // White, red on the left of the picture, green on the right, the light.
+    assert_eq!(colours(mesh), [[0.73; 3], [0.63, 0.065, 0.05], [0.14, 0.45, 0.091], [0.78; 3]]);
+    let x_of = |group: usize| mesh.triangles[mesh.groups[group].triangles.start].map(|i| mesh.positions[i as usize].x);
+    assert!(x_of(1).iter().all(|x| *x > 549.0) && x_of(2).iter().all(|x| *x == 0.0));
+    // What is shipped is what is built in.
+    assert_eq!(&Mesh::load_obj(&shipped("cornell_box.obj")).unwrap(), mesh);
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
+}
