@@ -29,19 +29,19 @@ pub struct Inputs<'a> {
 /// # Errors
 /// A radius in percent, or images of different sizes.
 pub fn hbao(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Error> {
-    shifted(inputs, settings, 0.0)
+    shifted(inputs, settings, Shift::default())
 }
 
-/// The pixels at which A moves by more than 1e-3 when every rounding and comparison is shifted by 1e-5 relative,
-/// either way: where float32 may decide otherwise than float64.
+/// The pixels at which A moves by more than 1e-3 when its roundings and its comparisons are shifted by 1e-5 relative,
+/// each either way: where float32 may decide otherwise than float64.
 ///
 /// # Errors
 /// As [`hbao`].
 pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Error> {
-    let exact = shifted(inputs, settings, 0.0)?;
+    let exact = hbao(inputs, settings)?;
     let mut moved = exact.map(|_| false);
-    for shift in [1e-5, -1e-5] {
-        let other = shifted(inputs, settings, shift)?;
+    for [rounding, comparison] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+        let other = shifted(inputs, settings, Shift { rounding: 1e-5 * rounding, comparison: 1e-5 * comparison })?;
         for ((moved, a), b) in moved.texels.iter_mut().zip(&exact.texels).zip(&other.texels) {
             *moved |= (a - b).abs() > 1e-3;
         }
@@ -49,7 +49,16 @@ pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Er
     Ok(moved)
 }
 
-fn shifted(inputs: &Inputs, settings: &Settings, shift: f64) -> Result<Image<f64>, Error> {
+/// By how much decisions are shifted, relative.
+#[derive(Clone, Copy, Default)]
+struct Shift {
+    /// Of what is rounded to whole texels.
+    rounding: f64,
+    /// Of what a step, a distance and a sine are compared with.
+    comparison: f64,
+}
+
+fn shifted(inputs: &Inputs, settings: &Settings, shift: Shift) -> Result<Image<f64>, Error> {
     let (width, height) = (inputs.depth.width, inputs.depth.height);
     if (inputs.normals.width, inputs.normals.height) != (width, height)
         || (inputs.tile.width, inputs.tile.height) != (4, 4)
@@ -65,7 +74,7 @@ struct Twin<'a> {
     inputs: &'a Inputs<'a>,
     settings: &'a Settings,
     radius: f64,
-    shift: f64,
+    shift: Shift,
 }
 
 impl Twin<'_> {
@@ -79,7 +88,7 @@ impl Twin<'_> {
 
         // R in texels, divided into steps (6.2, Variable step size).
         let step_px = self.radius_in_texels(z) / f64::from(s.steps + 1);
-        if step_px.min_element() < 1.0 + self.shift {
+        if step_px.min_element() < 1.0 + self.shift.comparison {
             return 1.0;
         }
 
@@ -125,7 +134,7 @@ impl Twin<'_> {
                 let D = self.position(p + at, sample_z) - P;
                 // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
                 let sine = -D.z / D.length();
-                if D.length() > R * (1.0 + self.shift) || sine <= horizon + self.shift {
+                if D.length() > R * (1.0 + self.shift.comparison) || sine <= horizon + self.shift.comparison {
                     continue;
                 }
                 // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
@@ -195,6 +204,6 @@ impl Twin<'_> {
 
     /// To whole texels.
     fn round(&self, offset: DVec2) -> DVec2 {
-        (offset * (1.0 + self.shift) + 0.5).floor()
+        (offset * (1.0 + self.shift.rounding) + 0.5).floor()
     }
 }
