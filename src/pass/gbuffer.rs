@@ -53,7 +53,7 @@ impl GBuffer {
             buffers: Vec::new(),
             groups: mesh.groups.iter().map(|group| (group.colour, group.triangles.clone())).collect(),
             projection: matrix(camera),
-            camera: camera.clone(),
+            camera: *camera,
         };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };
