@@ -48,7 +48,7 @@ pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or the built-in scene {CORNELL_BOX} [default: {CORNELL_BOX}]");
     let mut all = vec![
         Arg::new("scene").value_name("SCENE").help(scene),
-        valued("size", "WxH", "Width and height in pixels: 1 to the driver's limit [default: 1600x1200]"),
+        valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]"),
     ];
     all.extend(
         [
@@ -58,7 +58,7 @@ pub(crate) fn arguments() -> Vec<Arg> {
             valued(
                 "fov-y",
                 "DEG",
-                "Perspective: the vertical field of view: 1 to 175 [default: the scene's own, or 45]",
+                "Perspective: the vertical field of view [1 to 175; default: the scene's own, or 45]",
             )
             .conflicts_with("ortho"),
             valued("ortho", "HEIGHT", "Orthographic: the view's height in scene units"),
@@ -71,7 +71,7 @@ pub(crate) fn arguments() -> Vec<Arg> {
     let file = path("settings", "FILE.toml", "Read the settings above from a file; flags win over it");
     all.push(file.help_heading("Settings"));
     all.extend(later::arguments());
-    all.push(valued("backend", "BACKEND", format!("{}: what gives OpenGL [default: auto]", Backend::NAMES.join(", "))));
+    all.push(valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", "))));
     all
 }
 
@@ -89,8 +89,8 @@ fn knob_argument(knob: &'static Knob) -> Arg {
         ("blur-depth-sigma", "") => "R/4".into(),
         (_, default) => default.into(),
     };
-    let later = if knob.name == "method" { format!(" ({})", later::methods_help()) } else { String::new() };
-    let help = format!("{}: {takes}{later} [default: {default}]", knob.help);
+    let later = if knob.name == "method" { later::methods_help() } else { String::new() };
+    let help = format!("{} [{takes}; default: {default}]{later}", knob.help);
     valued(knob.name, knob.value, help).help_heading("Settings")
 }
 

@@ -107,26 +107,23 @@ static OPTIONS: &[Later] = &[
 pub(crate) fn arguments() -> impl Iterator<Item = Arg> {
     OPTIONS.iter().map(|option| {
         let arg = Arg::new(option.name).long(option.name).help_heading("Not built yet");
-        match option.takes {
-            Takes::Nothing => arg.action(ArgAction::SetTrue).help(format!("{} [not built yet]", option.help)),
-            Takes::Word(words) => {
-                let words = words.join(", ");
-                let built = option.accepted.join(" and ");
-                let help = format!("{}: {words} [not built yet; only {built} may be given]", option.help);
-                arg.value_name(option.value).allow_hyphen_values(true).help(help)
-            }
-            Takes::Count(min, max) => {
-                let built = option.accepted.join(" and ");
-                let help = format!("{}: {min} to {max} [not built yet; only {built} may be given]", option.help);
-                arg.value_name(option.value).allow_hyphen_values(true).help(help)
-            }
-        }
+        let takes = match option.takes {
+            Takes::Nothing => return arg.action(ArgAction::SetTrue).help(option.help),
+            Takes::Word(words) => words.join(", "),
+            Takes::Count(min, max) => format!("{min} to {max}"),
+        };
+        let today = match option.accepted {
+            [only] => format!("only {only} may be given"),
+            _ => "no effect".into(),
+        };
+        let help = format!("{} [{takes}; today {today}]", option.help);
+        arg.value_name(option.value).allow_hyphen_values(true).help(help)
     })
 }
 
 /// What `--help` adds to the methods there are.
 pub(crate) fn methods_help() -> String {
-    format!("not built yet: {}", METHODS.join(", "))
+    format!("\n(not built yet: {})", METHODS.join(", "))
 }
 
 /// Refuses a method to come; an unknown word is left to the settings.

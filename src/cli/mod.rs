@@ -42,7 +42,6 @@ fn command() -> Command {
         .about("The screen-space ambient occlusion of 2008, on OpenGL 3.3")
         .subcommand_required(true)
         .disable_help_subcommand(true)
-        .max_term_width(110)
         .subcommand(render::command())
         .subcommand(info::command())
 }

@@ -54,12 +54,8 @@ pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
     let outputs = [
         output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.png or OUT.exr"),
-        flags::valued("show", "IMAGE", format!("What OUT shows: {shows} [default: final]")),
-        flags::valued(
-            "apply",
-            "PART",
-            format!("What ambient occlusion darkens: {applies} of the light [default: all]"),
-        ),
+        flags::valued("show", "IMAGE", format!("What OUT shows [{shows}; default: final]")),
+        flags::valued("apply", "PART", format!("Which light ambient occlusion darkens [{applies}; default: all]")),
         flags::path("dump", "DIR", "Write every intermediate image into this folder; made if it is missing"),
         flags::path("timings", "FILE.json", "Write what each pass took"),
     ];
@@ -232,7 +228,7 @@ fn origin(settings: &Settings, flags: &Flags, camera: &Camera, wanted: &Wanted, 
     put("up", numbers(camera.up));
     match camera.projection {
         Projection::Perspective { tan_half_fov_y, .. } => {
-            put("fov-y", (2.0 * tan_half_fov_y.atan()).to_degrees().into());
+            put("fov-y", typed((2.0 * tan_half_fov_y.atan()).to_degrees()).into());
         }
         Projection::Orthographic { half_height, .. } => {
             put("ortho", (2.0 * half_height).into());
@@ -253,6 +249,11 @@ fn origin(settings: &Settings, flags: &Flags, camera: &Camera, wanted: &Wanted, 
     let mut all = settings.to_toml();
     all.insert("render".into(), render.into());
     all.to_string()
+}
+
+/// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.
+fn typed(degrees: f64) -> f64 {
+    (degrees * 1e10).round() / 1e10
 }
 
 /// What `--timings` writes.
