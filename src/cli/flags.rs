@@ -35,7 +35,12 @@ pub(crate) struct Flags {
 
 /// A flag that takes a value.
 pub(crate) fn valued(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
-    Arg::new(name).long(name).value_name(value).allow_hyphen_values(true).help(help.into())
+    Arg::new(name).long(name).value_name(value).allow_negative_numbers(true).help(help.into())
+}
+
+/// A flag whose value may be more than a number and begin with a minus all the same: `-1,2,3`, `-1%`.
+fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
+    valued(name, value, help).allow_hyphen_values(true)
 }
 
 /// A flag that takes a path.
@@ -52,9 +57,9 @@ pub(crate) fn arguments() -> Vec<Arg> {
     ];
     all.extend(
         [
-            valued("eye", "X,Y,Z", "Where the eye stands [default: the scene's own, or the whole scene is framed]"),
-            valued("target", "X,Y,Z", "What is in the middle [default: the scene's own, or its centre]"),
-            valued("up", "X,Y,Z", "The direction that is up [default: the scene's own, or 0,1,0]"),
+            signed("eye", "X,Y,Z", "Where the eye stands [default: the scene's own, or the whole scene is framed]"),
+            signed("target", "X,Y,Z", "What is in the middle [default: the scene's own, or its centre]"),
+            signed("up", "X,Y,Z", "The direction that is up [default: the scene's own, or 0,1,0]"),
             valued(
                 "fov-y",
                 "DEG",
@@ -91,7 +96,8 @@ fn knob_argument(knob: &'static Knob) -> Arg {
     };
     let later = if knob.name == "method" { later::methods_help() } else { String::new() };
     let help = format!("{} [{takes}; default: {default}]{later}", knob.help);
-    valued(knob.name, knob.value, help).help_heading("Settings")
+    let arg = if knob.kind == Kind::Length { signed } else { valued };
+    arg(knob.name, knob.value, help).help_heading("Settings")
 }
 
 impl Flags {

@@ -117,7 +117,7 @@ pub(crate) fn arguments() -> impl Iterator<Item = Arg> {
             _ => "no effect".into(),
         };
         let help = format!("{} [{takes}; today {today}]", option.help);
-        arg.value_name(option.value).allow_hyphen_values(true).help(help)
+        arg.value_name(option.value).allow_negative_numbers(true).help(help)
     })
 }
 

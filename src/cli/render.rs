@@ -44,7 +44,7 @@ Examples:
   hbao render -o cornell.png
   hbao render -o ao.exr --show ao --size 800x600 --radius 80 --directions 16 --steps 16
   hbao render -o left.png --eye -200,300,-600 --target 278,273,280 --fov-y 50
-  hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --ortho 600 --near 500
+  hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
   hbao render -o final.png --dump images --timings times.json";
 
 /// The verb's flags.
