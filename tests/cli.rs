@@ -167,6 +167,23 @@ mod images {
     }
 
     #[test]
+    fn numbers_beyond_float32_give_visibility_all_the_same() {
+        let folder = folder();
+        let read = |arguments: &str| {
+            render(folder.path(), &format!("-o a.exr --show ao --ao-format r32f {arguments}"));
+            let ao = exr::read::<f32>(&folder.path().join("a.exr")).unwrap().texels;
+            assert!(ao.iter().all(|a| (0.0..=1.0).contains(a)), "{arguments}");
+            ao
+        };
+        assert!(read("--radius 1e-300").iter().all(|&a| a == 1.0), "nothing lies that near");
+        assert_eq!(read("--blur-depth-sigma 1e-300 --jitter none"), read("--blur-depth-sigma 1e-25 --jitter none"));
+        let strong = read("--strength 1e300 --blur 0");
+        assert!(strong.contains(&0.0) && strong.contains(&1.0));
+        read("--radius 1e300");
+        read("--blur-depth-sigma 1e300");
+    }
+
+    #[test]
     fn without_msaa_no_pixel_is_an_edge() {
         let folder = folder();
         render(folder.path(), "-o edges.png --show edges");
