@@ -5,6 +5,7 @@ pub mod context;
 mod error;
 mod gl;
 pub mod image;
+pub mod measure;
 mod pass;
 mod pipeline;
 pub mod reference;
