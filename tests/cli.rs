@@ -368,7 +368,14 @@ mod settings {
             let [notice] = notices[..] else { panic!("{arguments}: {notices:?}") };
             assert!(notice.starts_with(&format!("hbao: {flag} has no effect ")), "{arguments}: {notice}");
         }
-        for arguments in ["--msaa 1", "--blur-kernel full", "--method hbao", "--apply all", "--show ao --steps 3"] {
+        for arguments in [
+            "--msaa 1",
+            "--blur-kernel full",
+            "--method hbao",
+            "--apply all",
+            "--show ao --steps 3",
+            "--show ao-raw --blur 0",
+        ] {
             assert_eq!(notices(&render(folder.path(), &format!("-o a.png {arguments}"))), [""; 0], "{arguments}");
         }
     }

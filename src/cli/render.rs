@@ -105,6 +105,11 @@ impl Wanted {
         }
     }
 
+    /// True where every pass is wanted: its image, or its time.
+    fn whole(&self) -> bool {
+        self.dump.is_some() || self.timings.is_some()
+    }
+
     /// Why a flag changes nothing that is written, where it does not.
     fn without_effect(&self, flag: &str, settings: &Settings) -> Option<String> {
         if flag == "apply" {
@@ -113,13 +118,12 @@ impl Wanted {
         if settings.blur == 0 && matches!(flag, "blur-kernel" | "blur-depth-sigma") {
             return Some("with --blur 0".into());
         }
-        // Every image is written, or every pass's time.
-        if self.dump.is_some() || self.timings.is_some() {
+        if self.whole() {
             return None;
         }
         let matters = match (self.show, flag) {
             (Show::Final | Show::Ao, _) => true,
-            (Show::AoRaw, _) => !flag.starts_with("blur"),
+            (Show::AoRaw, _) => settings.blur == 0 || !flag.starts_with("blur"),
             (Show::Color, _) => flag == "normals",
             (Show::Depth, _) => flag == "depth-format",
             (Show::Normals, _) => flag == "normals" || flag == "normal-format",
@@ -183,7 +187,10 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, &settings)?)));
     flags.notices.iter().cloned().chain(idle).chain(notices).for_each(|notice| say(&notice));
 
-    let resolved = settings.resolved(scene.mesh.diagonal());
+    let mut resolved = settings.resolved(scene.mesh.diagonal());
+    if !wanted.whole() && !matches!(wanted.show, Show::Final | Show::Ao) {
+        resolved.blur = 0; // nothing shows it
+    }
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
     let mut times = pipeline.render(&scene.mesh, &camera)?;
