@@ -3,7 +3,7 @@
 //!
 //! - To embed it in an application that owns a context and a G-buffer: [`AmbientOcclusion`].
 //! - To render a model with it, headless: [`context::Context`], [`scene::Scene`], [`Pipeline`].
-//! - To compare it with its equations: [`reference`].
+//! - To compare it with its equations: [`mod@reference`].
 //!
 //! It is not an interactive renderer, and not an ambient occlusion of today's kind: it reproduces what the papers
 //! describe, and says where it departs from them (README, 'Where we depart from 2008').
