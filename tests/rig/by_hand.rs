@@ -38,14 +38,8 @@ impl ByHand {
         target: TextureTarget,
         encoding: NormalEncoding,
     ) -> Image<f32> {
-        let textures = Textures::new(gl, self, target, encoding);
         let mut ao = AmbientOcclusion::new(gl.clone(), self.size(), settings).unwrap();
-        let visibility = ao.render(&textures.inputs).unwrap();
-        Image {
-            width: self.depth.width,
-            height: self.depth.height,
-            texels: read_red(gl, visibility, self.depth.texels.len()),
-        }
+        Textures::new(gl, self, target, encoding).visibility(&mut ao, self)
     }
 
     pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::hbao::Inputs<'a> {
@@ -96,6 +90,13 @@ impl Textures {
         let normals = upload(glow::RGBA32F, glow::RGBA, &normals);
         let inputs = Inputs { normal_encoding: encoding, ..Inputs::new(depth, normals, target, view.projection) };
         Textures { gl: gl.clone(), inputs }
+    }
+
+    /// What the shaders make of them, read back.
+    pub fn visibility(&self, ao: &mut AmbientOcclusion, view: &ByHand) -> Image<f32> {
+        let visibility = ao.render(&self.inputs).unwrap();
+        let (width, height) = (view.depth.width, view.depth.height);
+        Image { width, height, texels: read_red(&self.gl, visibility, width * height) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the tests of the renderer share: scenes, rendering them, hand-made inputs, and the image comparator.
 // Each test file is a crate of its own that uses its part of this.
-#![allow(dead_code, unused_imports)]
+#![allow(dead_code, unused_imports, unreachable_pub)]
 
 pub mod by_hand;
 pub mod compare;
