@@ -4,6 +4,7 @@
 
 pub mod by_hand;
 pub mod compare;
+pub mod process;
 pub mod scenes;
 pub mod twin;
 
@@ -60,9 +61,14 @@ pub fn render_applied(
     settings: &Settings,
     apply: Apply,
 ) -> Frame {
-    let camera = shot.camera(size);
     let request = Request { composite: Some(apply), raw: true, timings: false };
     let mut pipeline = Pipeline::new(gl, size, settings, request).unwrap();
+    frame(&mut pipeline, shot, size, settings)
+}
+
+/// What a pipeline that makes all images renders of a shot, read back.
+pub fn frame(pipeline: &mut Pipeline, shot: &Shot, size: (u32, u32), settings: &Settings) -> Frame {
+    let camera = shot.camera(size);
     pipeline.render(&shot.mesh, &camera).unwrap();
     Frame {
         depth: pipeline.depth().unwrap(),
@@ -75,6 +81,39 @@ pub fn render_applied(
         projection: camera.projection,
         notices: pipeline.notices().to_vec(),
     }
+}
+
+/// Panics where two frames differ in any bit.
+#[track_caller]
+pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
+    let floats = |image: &Image<f32>| image.map(f32::to_bits);
+    let same = [
+        ("depth", floats(&got.depth) == floats(&expected.depth)),
+        ("normals", got.normals.map(|n| n.map(f32::to_bits)) == expected.normals.map(|n| n.map(f32::to_bits))),
+        ("colour", got.colour == expected.colour),
+        ("raw ambient occlusion", floats(&got.raw) == floats(&expected.raw)),
+        ("ambient occlusion", floats(&got.ao) == floats(&expected.ao)),
+        ("composite", got.composite == expected.composite),
+        ("notices", got.notices == expected.notices),
+    ];
+    let different: Vec<_> = same.iter().filter(|(_, same)| !same).map(|(name, _)| name).collect();
+    assert!(different.is_empty(), "{different:?} differ\n{context}");
+}
+
+/// Settings that use every value of every switch, four at most at once.
+pub fn every_switch() -> Vec<Settings> {
+    use hbao::settings::{
+        AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, NormalFormat, Normals, Snap,
+    };
+    let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
+    vec![
+        base(150.0),
+        Settings { snap: Snap::Sample, attenuation: Attenuation::Linear, ao_format: AoFormat::R16f, ..base(200.0) },
+        Settings { snap: Snap::None, attenuation: Attenuation::None, ao_format: AoFormat::R32f, ..base(100.0) },
+        Settings { clamp: Clamp::Depth, bias: 0.3, normal_format: NormalFormat::Rgba16f, blur: 0, ..base(150.0) },
+        Settings { normals: Normals::Vertex, jitter: Jitter::None, blur_kernel: BlurKernel::Full, ..base(150.0) },
+        Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
+    ]
 }
 
 /// Default settings but for what a comparison in float needs, and a radius.
