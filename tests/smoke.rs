@@ -107,6 +107,21 @@ fn smoke() {
     for f in [0.5, 0.9, 0.99, 0.999, 1.0] {
         println!("{f}: ao {:.2e}", q(&e, f));
     }
+    for i in 0..twin.texels.len() {
+        if (twin.texels[i] - ao.texels[i] as f64).abs() > 1e-3 {
+            println!(
+                "clear {} {} {} gpu {} twin {} z {} n {:?} tile {:?}",
+                !amb.texels[i],
+                i % w as usize,
+                i / w as usize,
+                ao.texels[i],
+                twin.texels[i],
+                depth.texels[i],
+                normals.texels[i],
+                tile.at(i % w as usize % 4, i / w as usize % 4)
+            );
+        }
+    }
     let b = r::blur::blur(&ao.map(f64::from), &depth, &settings).unwrap();
     println!(
         "blur max {:.2e}",

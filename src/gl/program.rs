@@ -104,10 +104,12 @@ impl Program {
         unsafe { self.gl.get_attrib_location(self.id, name) }
     }
 
-    /// Sets a float of the program in use. A uniform that its settings compiled away is passed over.
+    /// Sets a float of the program in use. A uniform that its settings compiled away is passed over. What exceeds
+    /// float32 becomes its largest number: infinity times 0 would be no number.
     pub(crate) fn float(&self, name: &str, value: f64) -> &Program {
+        let value = value.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
         // SAFETY: the context is current and the program in use.
-        unsafe { self.gl.uniform_1_f32(self.gl.get_uniform_location(self.id, name).as_ref(), value as f32) };
+        unsafe { self.gl.uniform_1_f32(self.gl.get_uniform_location(self.id, name).as_ref(), value) };
         self
     }
 

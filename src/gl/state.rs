@@ -165,7 +165,8 @@ impl Drop for SavedState {
             gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, self.draw);
             gl.bind_framebuffer(glow::READ_FRAMEBUFFER, self.read);
             gl.bind_vertex_array(self.vertices);
-            gl.use_program(self.program);
+            // A program that was deleted while in use is gone once another took its place.
+            gl.use_program(self.program.filter(|&program| gl.is_program(program)));
             gl.polygon_mode(glow::FRONT_AND_BACK, self.polygon_mode);
             let [x, y, width, height] = self.viewport;
             gl.viewport(x, y, width, height);

@@ -36,6 +36,14 @@ impl GBuffer {
         biased: bool,
     ) -> Result<GBuffer, Error> {
         const VERTEX: Source = source!("gbuffer.vert");
+        // OpenGL counts indices and bytes into them in 31 bits; a triangle has 12 bytes.
+        if i32::try_from(12 * mesh.triangles.len() as u64).is_err() {
+            let count = mesh.triangles.len();
+            return Err(Error::gl(
+                "gbuffer",
+                format!("{count} triangles are more than one draw can hold: split the model"),
+            ));
+        }
         let mut defines = Defines::default().word("NORMALS", normals.name());
         if matches!(camera.projection, Projection::Orthographic { .. }) {
             defines = defines.value("ORTHOGRAPHIC", 1);
@@ -53,7 +61,7 @@ impl GBuffer {
             buffers: Vec::new(),
             groups: mesh.groups.iter().map(|group| (group.colour, group.triangles.clone())).collect(),
             projection: matrix(camera),
-            camera: camera.clone(),
+            camera: *camera,
         };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };

@@ -3,27 +3,57 @@
 
 use super::{BACKGROUND_R16F, BACKGROUND_R32F, FULLSCREEN, FullScreen};
 use crate::Error;
+use crate::gl::state::SavedState;
 use crate::gl::{Defines, Format, Program, Target, Texture, check, source};
 use std::sync::Arc;
+
+/// What colours are drawn as.
+const COLOUR: [f32; 4] = [1.0, 0.0, 1.0, 0.0];
 
 /// True where the three formats, drawn to together, hold what the G-buffer writes: colours in [0, 1], depths up to the
 /// background's, and `normal`.
 pub(crate) fn renders(
     gl: &Arc<glow::Context>,
     depth: Format,
-    (normals, normal): (Format, [f32; 3]),
+    (normals, [x, y, z]): (Format, [f32; 3]),
 ) -> Result<bool, Error> {
-    let background = if depth == Format::R16f { BACKGROUND_R16F } else { BACKGROUND_R32F };
-    let [x, y, z] = normal;
-    let defines = Defines::default()
-        .value("BACKGROUND", format!("{background:?}"))
-        .value("NORMAL", format!("vec3({x:?}, {y:?}, {z:?})"));
+    hold_together(gl, [(Format::Rgba8, COLOUR), (depth, extreme(depth)), (normals, [x, y, z, 0.0])])
+}
+
+/// True where the driver renders to the format beside the G-buffer's RGBA8 and R32F, and what it then holds reads back:
+/// negative numbers where the format has them, the depth of background where it is one for depths. The context must be
+/// current; its state is put back.
+///
+/// # Errors
+/// Where the driver refuses something else than the format.
+pub fn format_renders(gl: &Arc<glow::Context>, format: Format) -> Result<bool, Error> {
+    let _state = SavedState::save(gl);
+    hold_together(gl, [Format::Rgba8, Format::R32f, format].map(|format| (format, extreme(format))))
+}
+
+/// What a format has to hold, as far as the passes use it.
+fn extreme(format: Format) -> [f32; 4] {
+    match format {
+        Format::R8 => [0.2; 4],
+        Format::R16f => [BACKGROUND_R16F; 4],
+        Format::R32f => [BACKGROUND_R32F; 4],
+        Format::Rgba8 => COLOUR,
+        Format::Rgba8Snorm | Format::Rgba16f | Format::Rgba32f => [-1.0, 0.5, -0.25, 0.0],
+    }
+}
+
+/// Draws one texel of each format, all at once, and reads them back.
+fn hold_together(gl: &Arc<glow::Context>, expected: [(Format, [f32; 4]); 3]) -> Result<bool, Error> {
+    let mut defines = Defines::default();
+    for (name, (_, [x, y, z, w])) in ["VALUE_0", "VALUE_1", "VALUE_2"].into_iter().zip(expected) {
+        defines = defines.value(name, format!("vec4({x:?}, {y:?}, {z:?}, {w:?})"));
+    }
     let program = Program::new(gl, &defines, FULLSCREEN, &[source!("probe.frag")])?;
-    let textures = [Format::Rgba8, depth, normals].map(|format| Texture::new(gl, "probe", format, 1, 1));
-    let [Ok(colour), Ok(depth), Ok(normals)] = textures else {
+    let textures = expected.map(|(format, _)| Texture::new(gl, "probe", format, 1, 1));
+    let [Ok(first), Ok(second), Ok(third)] = textures else {
         return Ok(false);
     };
-    let Ok(target) = Target::new(gl, "probe", &[&colour, &depth, &normals], None, (1, 1)) else {
+    let Ok(target) = Target::new(gl, "probe", &[&first, &second, &third], None, (1, 1)) else {
         // What the refusal left behind is its answer, and not the next pass's error.
         let _ = check(gl, "probe");
         return Ok(false);
@@ -32,11 +62,13 @@ pub(crate) fn renders(
     target.bind();
     program.bind();
     full_screen.draw();
-    let holds = |texture: &Texture, expected: &[f32], tolerance: f32| -> Result<bool, Error> {
+    for (texture, (format, expected)) in [first, second, third].iter().zip(expected) {
+        let tolerance = if matches!(format, Format::R16f | Format::R32f) { 1e-6 } else { 0.01 };
         let read = texture.read()?;
-        Ok(expected.iter().zip(read).all(|(e, r)| (e - r).abs() <= tolerance * e.abs().max(1.0)))
-    };
-    Ok(holds(&colour, &[1.0, 0.0, 1.0, 0.0], 0.01)?
-        && holds(&depth, &[background], 1e-6)?
-        && holds(&normals, &normal, 0.01)?)
+        // Formats of one channel are read as one.
+        if !expected.iter().zip(read).all(|(e, r)| (e - r).abs() <= tolerance * e.abs().max(1.0)) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }

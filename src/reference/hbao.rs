@@ -29,28 +29,45 @@ pub struct Inputs<'a> {
 /// # Errors
 /// A radius in percent, or images of different sizes.
 pub fn hbao(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Error> {
-    shifted(inputs, settings, Shift::default())
+    let twin = Twin::new(inputs, settings)?;
+    Ok(twin.image(|x, y| {
+        let Some(pixel) = twin.pixel(x, y) else { return 1.0 };
+        if pixel.exits_early(EXACT) {
+            return 1.0;
+        }
+        let occlusion: f64 = (0..settings.directions).map(|k| twin.occlusion(&pixel, k, EXACT)).sum();
+        (1.0 - settings.strength / f64::from(settings.directions) * occlusion).clamp(0.0, 1.0)
+    }))
 }
 
-/// The pixels at which A moves by more than 1e-3 when its roundings and its comparisons are shifted by 1e-5 relative,
-/// each either way: where float32 may decide otherwise than float64.
+/// The pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative,
+/// either way and in each direction apart: where float32 may decide otherwise than float64.
 ///
 /// # Errors
 /// As [`hbao`].
 pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Error> {
-    let exact = hbao(inputs, settings)?;
-    let mut moved = exact.map(|_| false);
-    for [rounding, comparison] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
-        let other = shifted(inputs, settings, Shift { rounding: 1e-5 * rounding, comparison: 1e-5 * comparison })?;
-        for ((moved, a), b) in moved.texels.iter_mut().zip(&exact.texels).zip(&other.texels) {
-            *moved |= (a - b).abs() > 1e-3;
+    let twin = Twin::new(inputs, settings)?;
+    let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]
+        .map(|[rounding, comparison]| Shift { rounding, comparison });
+    Ok(twin.image(|x, y| {
+        let Some(pixel) = twin.pixel(x, y) else { return false };
+        let exits = shifts.map(|shift| pixel.exits_early(shift));
+        if exits.iter().all(|&exits| exits) {
+            return false;
         }
-    }
-    Ok(moved)
+        let moves: f64 = (0..settings.directions)
+            .map(|k| {
+                // Where the exit itself is in doubt, the whole occlusion is.
+                let exact = if exits.contains(&true) { 0.0 } else { twin.occlusion(&pixel, k, EXACT) };
+                shifts.iter().map(|&shift| (twin.occlusion(&pixel, k, shift) - exact).abs()).fold(0.0, f64::max)
+            })
+            .sum();
+        settings.strength / f64::from(settings.directions) * moves > 1e-3
+    }))
 }
 
 /// By how much decisions are shifted, relative.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Shift {
     /// Of what is rounded to whole texels.
     rounding: f64,
@@ -58,101 +75,128 @@ struct Shift {
     comparison: f64,
 }
 
-fn shifted(inputs: &Inputs, settings: &Settings, shift: Shift) -> Result<Image<f64>, Error> {
-    let (width, height) = (inputs.depth.width, inputs.depth.height);
-    if (inputs.normals.width, inputs.normals.height) != (width, height)
-        || (inputs.tile.width, inputs.tile.height) != (4, 4)
-    {
-        return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
+const EXACT: Shift = Shift { rounding: 0.0, comparison: 0.0 };
+
+impl Shift {
+    /// To whole texels.
+    fn round(self, offset: DVec2) -> DVec2 {
+        (offset * (1.0 + self.rounding) + 0.5).floor()
     }
-    let twin = Twin { inputs, settings, radius: settings.radius_units()?, shift };
-    let texels = (0..width * height).into_par_iter().map(|i| twin.visibility(i % width, i / width)).collect();
-    Ok(Image { width, height, texels })
+}
+
+/// What is known of a pixel before any direction is looked into.
+struct Pixel {
+    p: DVec2,
+    P: DVec3,
+    r: DVec3,
+    n: DVec3,
+    step_px: DVec2,
+    jitter: [f64; 3],
+}
+
+impl Pixel {
+    /// Steps below a texel: A is 1 (6.2, Variable step size).
+    fn exits_early(&self, shift: Shift) -> bool {
+        self.step_px.min_element() < 1.0 + shift.comparison
+    }
 }
 
 struct Twin<'a> {
     inputs: &'a Inputs<'a>,
     settings: &'a Settings,
     radius: f64,
-    shift: Shift,
 }
 
-impl Twin<'_> {
-    fn visibility(&self, x: usize, y: usize) -> f64 {
-        let (s, R) = (self.settings, self.radius);
+impl<'a> Twin<'a> {
+    fn new(inputs: &'a Inputs, settings: &'a Settings) -> Result<Twin<'a>, Error> {
+        let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
+        if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
+            return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
+        }
+        Ok(Twin { inputs, settings, radius: settings.radius_units()? })
+    }
+
+    fn image<T: Copy + Send>(&self, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
+        let (width, height) = (self.inputs.depth.width, self.inputs.depth.height);
+        let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
+        Image { width, height, texels }
+    }
+
+    /// None on background.
+    fn pixel(&self, x: usize, y: usize) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = f64::from(self.inputs.depth.at(x, y));
         if z.is_infinite() {
-            return 1.0;
+            return None;
         }
-
-        // R in texels, divided into steps (6.2, Variable step size).
-        let step_px = self.radius_in_texels(z) / f64::from(s.steps + 1);
-        if step_px.min_element() < 1.0 + self.shift.comparison {
-            return 1.0;
-        }
-
-        let P = self.position(p, z);
         let r = self.ray(p);
         let n = DVec3::from(self.inputs.normals.at(x, y).map(f64::from));
-        // The tangent plane is the same for n and -n.
-        let n = if n.dot(r) > 0.0 { -n } else { n };
+        Some(Pixel {
+            p,
+            P: self.position(p, z),
+            r,
+            // The tangent plane is the same for n and -n.
+            n: if n.dot(r) > 0.0 { -n } else { n },
+            // R in texels, divided into steps.
+            step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
+            jitter: self.inputs.tile.at(x % 4, y % 4).map(f64::from),
+        })
+    }
 
-        let [cos_a, sin_a, b] = self.inputs.tile.at(x % 4, y % 4).map(f64::from);
-
+    /// The sum of Eq. 6.2.9 in direction k.
+    fn occlusion(&self, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+        let (s, R) = (self.settings, self.radius);
+        let Pixel { p, P, r, n, step_px, jitter: [cos_a, sin_a, b] } = *pixel;
+        // Eq. 6.2.10: the direction turned by a.
+        let theta = TAU * f64::from(k) / f64::from(s.directions);
+        let d = DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta));
+        let exact_stride = step_px * d;
+        let first = shift.round(b * exact_stride);
+        let stride = if s.snap == Snap::Step { shift.round(exact_stride) } else { exact_stride };
+        // The horizon starts at the tangent, t(theta).
+        let mut tangent = self.sine_of_tangent(stride * self.pixel_extent(), r, n);
+        let mut horizon = tangent;
+        let mut previous = 0.0;
         let mut occlusion = 0.0;
-        for k in 0..s.directions {
-            // Eq. 6.2.10: the direction turned by a.
-            let theta = TAU * f64::from(k) / f64::from(s.directions);
-            let d = DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta));
-            let exact_stride = step_px * d;
-            let first = self.round(b * exact_stride);
-            let stride = if s.snap == Snap::Step { self.round(exact_stride) } else { exact_stride };
-            // The horizon starts at the tangent, t(theta).
-            let mut tangent = self.sine_of_tangent(stride * self.pixel(), r, n);
-            let mut horizon = tangent;
-            let mut previous = 0.0;
-            for i in 1..=s.steps {
-                let exact = (b + f64::from(i)) * exact_stride;
-                let offset = match s.snap {
-                    Snap::Step => first + f64::from(i) * stride,
-                    Snap::Sample | Snap::None => self.round(exact),
-                };
-                let size = self.size();
-                let q = (p + offset).clamp(DVec2::splat(0.5), size - 0.5);
-                let taken = q - p;
-                let clamped = taken != offset;
-                let at = match (s.clamp, s.snap) {
-                    (Clamp::Position, _) if clamped => taken,
-                    (_, Snap::None) => exact,
-                    _ => offset,
-                };
-                let sample_z = f64::from(self.inputs.depth.at(q.x as usize, q.y as usize));
-                if taken == DVec2::ZERO || sample_z.is_infinite() {
-                    continue;
-                }
-                let D = self.position(p + at, sample_z) - P;
-                // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
-                let sine = -D.z / D.length();
-                if D.length() > R * (1.0 + self.shift.comparison) || sine <= horizon + self.shift.comparison {
-                    continue;
-                }
-                // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
-                if s.grounding == Grounding::Sample {
-                    tangent = self.sine_of_tangent(taken * self.pixel(), r, n);
-                }
-                let rise = sine - tangent;
-                let W = match s.attenuation {
-                    Attenuation::Quadratic => 1.0 - (D.length() / R).powi(2),
-                    Attenuation::Linear => 1.0 - D.length() / R,
-                    Attenuation::None => 1.0,
-                };
-                occlusion += W * (rise - previous);
-                previous = rise;
-                horizon = sine;
+        for i in 1..=s.steps {
+            let exact = (b + f64::from(i)) * exact_stride;
+            let offset = match s.snap {
+                Snap::Step => first + f64::from(i) * stride,
+                Snap::Sample | Snap::None => shift.round(exact),
+            };
+            let q = (p + offset).clamp(DVec2::splat(0.5), self.size() - 0.5);
+            let taken = q - p;
+            // Where the sample is taken to lie, in texels from p.
+            let at = match (s.clamp, s.snap) {
+                (Clamp::Position, _) if taken != offset => taken,
+                (_, Snap::None) => exact,
+                _ => offset,
+            };
+            let sample_z = f64::from(self.inputs.depth.at(q.x as usize, q.y as usize));
+            if taken == DVec2::ZERO || sample_z.is_infinite() {
+                continue;
             }
+            let D = self.position(p + at, sample_z) - P;
+            // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
+            let sine = -D.z / D.length();
+            if D.length() > R * (1.0 + shift.comparison) || sine <= horizon + shift.comparison {
+                continue;
+            }
+            // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
+            if s.grounding == Grounding::Sample {
+                tangent = self.sine_of_tangent(taken * self.pixel_extent(), r, n);
+            }
+            let rise = sine - tangent;
+            let W = match s.attenuation {
+                Attenuation::Quadratic => 1.0 - (D.length() / R).powi(2),
+                Attenuation::Linear => 1.0 - D.length() / R,
+                Attenuation::None => 1.0,
+            };
+            occlusion += W * (rise - previous);
+            previous = rise;
+            horizon = sine;
         }
-        (1.0 - s.strength / f64::from(s.directions) * occlusion).clamp(0.0, 1.0)
+        occlusion
     }
 
     /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), lateral = (du, dv), raised by
@@ -167,7 +211,7 @@ impl Twin<'_> {
 
     /// The point at depth z on the ray through the window position p.
     fn position(&self, p: DVec2, z: f64) -> DVec3 {
-        let slope = (p - 0.5 * self.size()) * self.pixel();
+        let slope = (p - 0.5 * self.size()) * self.pixel_extent();
         match self.inputs.projection {
             Projection::Perspective { .. } => z * slope.extend(1.0),
             Projection::Orthographic { .. } => slope.extend(z),
@@ -183,7 +227,7 @@ impl Twin<'_> {
     }
 
     /// What a texel adds to x' and y'.
-    fn pixel(&self) -> DVec2 {
+    fn pixel_extent(&self) -> DVec2 {
         2.0 * match self.inputs.projection {
             Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => DVec2::new(tan_half_fov_x, tan_half_fov_y),
             Projection::Orthographic { half_width, half_height } => DVec2::new(half_width, half_height),
@@ -193,17 +237,12 @@ impl Twin<'_> {
     /// R projected at depth z, in texels (Figure 6.2.11).
     fn radius_in_texels(&self, z: f64) -> DVec2 {
         match self.inputs.projection {
-            Projection::Perspective { .. } => self.radius / (z * self.pixel()),
-            Projection::Orthographic { .. } => self.radius / self.pixel(),
+            Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
+            Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
         }
     }
 
     fn size(&self) -> DVec2 {
         DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64)
-    }
-
-    /// To whole texels.
-    fn round(&self, offset: DVec2) -> DVec2 {
-        (offset * (1.0 + self.shift.rounding) + 0.5).floor()
     }
 }

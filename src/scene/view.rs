@@ -77,9 +77,7 @@ impl View {
         let target = self.target.unwrap_or(bounds.0.midpoint(bounds.1));
         let forward = match self.eye {
             Some(eye) if eye == target => {
-                let place =
-                    if self.target.is_some() { "--target" } else { "the scene's centre, and no --target is given" };
-                return usage(format!("looking nowhere: --eye is the same point as {place}; move one of them"));
+                return usage("looking nowhere: --eye is the scene's centre, and no --target is given; move it".into());
             }
             Some(eye) => unit(target - eye),
             None => framing_direction(up),
@@ -93,14 +91,17 @@ impl View {
         Ok((Camera { near, far, ..camera }, notices))
     }
 
-    /// Refuses what no scene can make sense of.
-    fn check(&self) -> Result<(), Error> {
+    /// Refuses what no scene can make sense of: numbers out of range, an eye that is its own target.
+    pub fn check(&self) -> Result<(), Error> {
         for (flag, point) in [("--eye", self.eye), ("--target", self.target), ("--up", self.up)] {
             if let Some(p) = point
                 && !p.abs().cmple(DVec3::splat(FARTHEST)).all()
             {
                 return usage(format!("{flag} {},{},{} must be finite, at most 1e15 in magnitude", p.x, p.y, p.z));
             }
+        }
+        if self.eye.is_some() && self.eye == self.target {
+            return usage("looking nowhere: --eye is the same point as --target; move one of them".into());
         }
         if self.up == Some(DVec3::ZERO) {
             return usage("--up 0,0,0 is no direction; try 0,1,0".into());

@@ -1,0 +1,199 @@
+//! The flags that verbs share: what is seen, from where, and every knob of [`KNOBS`].
+//!
+//! clap takes all values as text, and they are read here: so each message is one line that names the flag and says
+//! what it takes, and a value may begin with a minus.
+
+use super::later;
+use clap::{Arg, ArgMatches, value_parser};
+use glam::DVec3;
+use hbao::Error;
+use hbao::context::Backend;
+use hbao::scene::{CORNELL_BOX, Lens, View};
+use hbao::settings::{KNOBS, Kind, Knob, Settings};
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// No settings file is anywhere near as long; a device has no end.
+const LONGEST_SETTINGS: u64 = 1 << 20;
+
+/// What the shared flags say.
+pub(crate) struct Flags {
+    /// A built-in scene's name, or a path.
+    pub(crate) scene: String,
+    /// Width and height in pixels.
+    pub(crate) size: (u32, u32),
+    /// The camera, as far as it was given.
+    pub(crate) view: View,
+    /// What gives the OpenGL context.
+    pub(crate) backend: Backend,
+    /// Said of flags that change nothing.
+    pub(crate) notices: Vec<String>,
+    file: Option<(PathBuf, String)>,
+    knobs: Vec<(&'static Knob, String)>,
+}
+
+/// A flag that takes a value.
+pub(crate) fn valued(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
+    Arg::new(name).long(name).value_name(value).allow_negative_numbers(true).help(help.into())
+}
+
+/// A flag whose value may be more than a number and begin with a minus all the same: `-1,2,3`, `-1%`.
+fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
+    valued(name, value, help).allow_hyphen_values(true)
+}
+
+/// A flag that takes a path.
+pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help)
+}
+
+/// The shared flags.
+pub(crate) fn arguments() -> Vec<Arg> {
+    let scene = format!("An OBJ file, or the built-in scene {CORNELL_BOX} [default: {CORNELL_BOX}]");
+    let mut all = vec![
+        Arg::new("scene").value_name("SCENE").help(scene),
+        valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]"),
+    ];
+    all.extend(
+        [
+            signed("eye", "X,Y,Z", "Where the eye stands [default: the scene's own, or the whole scene is framed]"),
+            signed("target", "X,Y,Z", "What is in the middle [default: the scene's own, or its centre]"),
+            signed("up", "X,Y,Z", "The direction that is up [default: the scene's own, or 0,1,0]"),
+            valued(
+                "fov-y",
+                "DEG",
+                "Perspective: the vertical field of view [1 to 175; default: the scene's own, or 45]",
+            )
+            .conflicts_with("ortho"),
+            valued("ortho", "HEIGHT", "Orthographic: the view's height in scene units"),
+            valued("near", "Z", "The smallest visible depth [default: clips nothing]"),
+            valued("far", "Z", "The largest visible depth [default: clips nothing]"),
+        ]
+        .map(|arg| arg.help_heading("Camera")),
+    );
+    all.extend(KNOBS.iter().map(knob_argument));
+    let file = path("settings", "FILE.toml", "Read the settings above from a file; flags win over it");
+    all.push(file.help_heading("Settings"));
+    all.extend(later::arguments());
+    all.push(valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", "))));
+    all
+}
+
+fn knob_argument(knob: &'static Knob) -> Arg {
+    let takes = match knob.kind {
+        Kind::Count(min, max) => format!("{min} to {max}"),
+        Kind::OddOrZero(min, max) => format!("0, or odd from {min} to {max}"),
+        Kind::Degrees(min, max) => format!("{min} to {max} degrees"),
+        Kind::Positive | Kind::Length => "above 0".into(),
+        Kind::Word(words) => words.join(", "),
+    };
+    let default = knob.text(&Settings::default());
+    let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
+        ("radius", default) => format!("the scene's own, or {default}"),
+        ("blur-depth-sigma", "") => "R/4".into(),
+        (_, default) => default.into(),
+    };
+    let later = if knob.name == "method" { later::methods_help() } else { String::new() };
+    let help = format!("{} [{takes}; default: {default}]{later}", knob.help);
+    let arg = if knob.kind == Kind::Length { signed } else { valued };
+    arg(knob.name, knob.value, help).help_heading("Settings")
+}
+
+impl Flags {
+    /// Reads and checks them all, before anything is opened but the settings file.
+    pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
+        let lens = match (number(matches, "fov-y")?, number(matches, "ortho")?) {
+            (Some(degrees), _) => Some(Lens::FovY(degrees.to_radians())),
+            (None, height) => height.map(Lens::Height),
+        };
+        let view = View {
+            eye: point(matches, "eye")?,
+            target: point(matches, "target")?,
+            up: point(matches, "up")?,
+            lens,
+            near: number(matches, "near")?,
+            far: number(matches, "far")?,
+        };
+        view.check()?;
+        let given = |knob: &'static Knob| text(matches, knob.name).map(|text| (knob, text.to_string()));
+        let flags = Flags {
+            scene: text(matches, "scene").unwrap_or(CORNELL_BOX).into(),
+            size: size(text(matches, "size").unwrap_or("1600x1200"))?,
+            view,
+            backend: text(matches, "backend").unwrap_or("auto").parse()?,
+            notices: later::check(matches)?,
+            file: matches.get_one::<PathBuf>("settings").map(|path| settings_file(path)).transpose()?,
+            knobs: KNOBS.iter().filter_map(given).collect(),
+        };
+        flags.settings(Settings::default())?;
+        Ok(flags)
+    }
+
+    /// The settings file laid over `base`, and the flags over both.
+    pub(crate) fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
+        if let Some((path, text)) = &self.file {
+            base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
+        }
+        for (knob, text) in &self.knobs {
+            if knob.name == "method" {
+                later::check_method(text)?;
+            }
+            knob.set(&mut base, text).map_err(|e| Error::Usage(format!("--{e}")))?;
+        }
+        Ok(base)
+    }
+
+    /// The names of the knobs that flags set.
+    pub(crate) fn knobs_given(&self) -> impl Iterator<Item = &'static str> {
+        self.knobs.iter().map(|(knob, _)| knob.name)
+    }
+}
+
+/// One of a list of names.
+pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Result<T, Error> {
+    let found = names.iter().find(|(name, _)| *name == text);
+    found.map(|&(_, value)| value).ok_or_else(|| {
+        let names: Vec<_> = names.iter().map(|&(name, _)| name).collect();
+        Error::Usage(format!("--{flag}: '{text}' is none of {}", names.join(", ")))
+    })
+}
+
+/// A flag's value.
+pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
+    matches.get_one::<String>(name).map(String::as_str)
+}
+
+fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
+    let Some(text) = text(matches, name) else { return Ok(None) };
+    text.trim().parse().map(Some).map_err(|_| Error::Usage(format!("--{name}: '{text}' is no number")))
+}
+
+fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
+    let Some(text) = text(matches, name) else { return Ok(None) };
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) => Ok(Some(DVec3::new(x, y, z))),
+        _ => Err(Error::Usage(format!("--{name}: '{text}' is not X,Y,Z, three numbers such as 0,1.5,-3"))),
+    }
+}
+
+fn size(text: &str) -> Result<(u32, u32), Error> {
+    let side = |text: &str| text.parse().ok().filter(|&pixels: &u32| pixels > 0);
+    let size = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    size.ok_or_else(|| {
+        Error::Usage(format!("--size: '{text}' is not WxH, two whole numbers above 0 such as 1600x1200"))
+    })
+}
+
+fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
+    let refused = |what: String| Error::Input { path: path.into(), what };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|e| refused(e.to_string()))?;
+    file.take(LONGEST_SETTINGS + 1).read_to_end(&mut bytes).map_err(|e| refused(e.to_string()))?;
+    if bytes.len() as u64 > LONGEST_SETTINGS {
+        return Err(refused("too long for a settings file: more than 1 MiB".into()));
+    }
+    let text = String::from_utf8(bytes).map_err(|_| refused("no settings file: it is not text in UTF-8".into()))?;
+    Ok((path.into(), text))
+}

@@ -1,0 +1,106 @@
+//! `hbao info`: what each backend gives on this machine.
+
+use super::print;
+use clap::Command;
+use glow::HasContext as _;
+use hbao::context::{Backend, Context};
+use hbao::{Error, Format, format_renders, size_limit};
+use std::fmt::Write as _;
+use std::thread;
+
+/// The verb.
+pub(crate) fn command() -> Command {
+    Command::new("info")
+        .about("Say what each OpenGL backend gives on this machine")
+        .after_help("Example:\n  hbao info\n\nIt fails where no backend works.")
+}
+
+/// Prints each backend's findings, or why it has none.
+pub(crate) fn run() -> Result<(), Error> {
+    let mut text = String::new();
+    let mut failures = Vec::new();
+    for backend in [Backend::Egl, Backend::Osmesa] {
+        // A context is current on the thread that made it: each backend has its own.
+        let findings = thread::spawn(move || findings(backend)).join();
+        let findings = findings.unwrap_or_else(|_| Err(Error::Context(format!("{}: it crashed", backend.name()))));
+        match findings {
+            Ok(findings) => text += &findings,
+            Err(error) => {
+                let _ = writeln!(text, "{error}");
+                failures.push(backend.name());
+            }
+        }
+    }
+    print(&text)?;
+    match failures.as_slice() {
+        [_, _] => Err(Error::Context(format!("no backend works: install what {} asks for", failures.join(" or ")))),
+        _ => Ok(()),
+    }
+}
+
+fn findings(backend: Backend) -> Result<String, Error> {
+    let context = Context::open(backend)?;
+    let gl = context.gl();
+    // SAFETY: the context is current on this thread; the parameters are core, MAX_VIEWPORT_DIMS with two values.
+    let (names, limits, viewport) = unsafe {
+        let names = [glow::VENDOR, glow::RENDERER, glow::VERSION, glow::SHADING_LANGUAGE_VERSION];
+        let limits = [
+            glow::MAX_TEXTURE_SIZE,
+            glow::MAX_RECTANGLE_TEXTURE_SIZE,
+            glow::MAX_RENDERBUFFER_SIZE,
+            glow::MAX_SAMPLES,
+            glow::MAX_COLOR_TEXTURE_SAMPLES,
+            glow::MAX_DEPTH_TEXTURE_SAMPLES,
+        ];
+        let mut viewport = [0; 2];
+        gl.get_parameter_i32_slice(glow::MAX_VIEWPORT_DIMS, &mut viewport);
+        (names.map(|name| gl.get_parameter_string(name)), limits.map(|limit| gl.get_parameter_i32(limit)), viewport)
+    };
+    let [vendor, renderer, version, glsl] = names;
+    let [texture, rectangle, renderbuffer, samples, colour_samples, depth_samples] = limits;
+    let size = size_limit(gl);
+    let timer = if times(gl)? { "works" } else { "does not work: --timings has the clock's times alone" };
+
+    let (mut renders, mut refused) = (Vec::new(), Vec::new());
+    for (format, name) in Format::ALL {
+        let list = if format_renders(gl, format)? { &mut renders } else { &mut refused };
+        list.push(name);
+    }
+    let (renders, refused) = (renders.join(", "), refused.join(", "));
+
+    let mut text = format!("{}\n", context.describe());
+    for (name, value) in [
+        ("vendor", vendor),
+        ("renderer", renderer),
+        ("OpenGL", version),
+        ("GLSL", glsl),
+        ("images", format!("up to {size}x{size}")),
+        ("textures", format!("up to {texture}, rectangles {rectangle}, renderbuffers {renderbuffer}")),
+        ("viewport", format!("up to {}x{}", viewport[0], viewport[1])),
+        ("samples", format!("up to {samples}, in colour textures {colour_samples}, in depth textures {depth_samples}")),
+        ("timer query", timer.into()),
+        ("renders", renders),
+        ("does not", refused),
+    ] {
+        if !value.is_empty() {
+            let _ = writeln!(text, "  {name:<12} {value}");
+        }
+    }
+    Ok(text)
+}
+
+/// True where a timer query sees time pass.
+fn times(gl: &glow::Context) -> Result<bool, Error> {
+    let failed = |what| Error::Gl { place: "timer".into(), what };
+    // SAFETY: the context is current, no other query is under way, and the query is deleted when it has been read.
+    unsafe {
+        let query = gl.create_query().map_err(failed)?;
+        gl.begin_query(glow::TIME_ELAPSED, query);
+        gl.flush();
+        gl.finish();
+        gl.end_query(glow::TIME_ELAPSED);
+        let nanoseconds = gl.get_query_parameter_u64(query, glow::QUERY_RESULT);
+        gl.delete_query(query);
+        Ok(nanoseconds > 0)
+    }
+}

@@ -1,0 +1,67 @@
+//! The command line, one verb per file.
+//!
+//! Nothing here panics on what a flag or a file contains: each error becomes one line on stderr and an exit code.
+
+mod flags;
+mod info;
+mod later;
+mod picture;
+mod render;
+
+use clap::Command;
+use clap::error::ErrorKind;
+use hbao::Error;
+use std::ffi::OsString;
+use std::io::{self, Write as _};
+
+/// Carries out a command line; the first argument is the program's name.
+pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error> {
+    let matches = match command().try_get_matches_from(arguments) {
+        Ok(matches) => matches,
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            return print(&error.to_string());
+        }
+        Err(error) => return Err(Error::Usage(in_one_line(&error))),
+    };
+    match matches.subcommand() {
+        Some(("render", matches)) => render::run(matches),
+        Some(("info", _)) => info::run(),
+        // clap lets no other through.
+        _ => Err(Error::Usage("no command given: see hbao --help".into())),
+    }
+}
+
+/// One line on stderr. Where nobody reads stderr, nobody misses it.
+pub(crate) fn say(line: &str) {
+    let _ = writeln!(io::stderr(), "hbao: {}", line.replace(['\n', '\r'], " "));
+}
+
+fn command() -> Command {
+    Command::new("hbao")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about("The screen-space ambient occlusion of 2008, on OpenGL 3.3")
+        .subcommand_required(true)
+        .disable_help_subcommand(true)
+        .subcommand(render::command())
+        .subcommand(info::command())
+}
+
+/// Writes a result to stdout. A reader that has left, as `head` does, has had all it wanted.
+fn print(text: &str) -> Result<(), Error> {
+    let mut stdout = io::stdout();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::Output { path: "standard output".into(), what: e.to_string() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// clap's message without its usage text: what is wrong, and what may have been meant.
+fn in_one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+    let said: Vec<_> = lines.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
+    let said = said.join(" ").replace(" tip: ", "; ");
+    format!("{} (see --help)", said.strip_prefix("error: ").unwrap_or(&said))
+}
