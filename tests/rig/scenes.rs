@@ -15,6 +15,10 @@ pub struct Shot {
 }
 
 impl Shot {
+    pub fn new(name: &'static str, mesh: Mesh, view: View, radius: f64) -> Shot {
+        Shot { name, mesh, view, radius, height: 20.0 * radius }
+    }
+
     pub fn camera(&self, (width, height): (u32, u32)) -> Camera {
         self.view.camera(&self.mesh, width, height).unwrap().0
     }
