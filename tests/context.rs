@@ -3,11 +3,16 @@
 //! Both libraries must be installed (Debian: libegl1 libgl1-mesa-dri libosmesa6). What depends on the environment or
 //! measures the process runs in a child: this same program, told to run that one test.
 
+// The one piece of the tests' rig that is of use here.
+#[allow(unreachable_pub)]
+#[path = "rig/process.rs"]
+mod process;
+
 use glow::HasContext as _;
 use hbao::Error;
 use hbao::context::{Backend, Context};
+use process::in_own_process;
 use std::ffi::OsStr;
-use std::process::Command;
 
 const BOTH: [Backend; 2] = [Backend::Egl, Backend::Osmesa];
 
@@ -35,21 +40,6 @@ fn assert_clears_to(context: &Context, colour: [u8; 4]) {
         gl.delete_renderbuffer(buffer);
     }
     assert!(texels.chunks(4).all(|texel| texel == colour), "{}: not {colour:?} everywhere", context.describe());
-}
-
-/// Runs `body` in a process of its own, with `environment`: a child that runs only `test`, the test that calls this.
-fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnOnce()) {
-    const CHILD: &str = "HBAO_TEST_CHILD";
-    if std::env::var_os(CHILD).is_some() {
-        return body();
-    }
-    let program = std::env::current_exe().unwrap();
-    let mut child = Command::new(program);
-    child.args(["--exact", test, "--nocapture"]).env(CHILD, test).envs(environment.iter().copied());
-    let output = child.output().unwrap();
-    let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-    // A filter that matches no test succeeds too, so that one passed must be read.
-    assert!(output.status.success() && text.contains("1 passed"), "{test}: {}\n{text}", output.status);
 }
 
 /// Asserts that `result` is an [`Error::Context`] of one line that holds each of `parts`.

@@ -67,7 +67,13 @@ impl Timers {
             let wall_ms = start.elapsed().as_secs_f64() * 1e3;
             result?;
             // A driver whose timer has no bits answers 0.
-            let nanoseconds = self.query.map_or(0, |q| gl.get_query_parameter_u64(q, glow::QUERY_RESULT));
+            let mut nanoseconds = 0u64;
+            if let Some(query) = self.query {
+                // glow 0.17's get_query_parameter_u64 calls an extension's function wherever one of OpenGL 4.5 is
+                // missing. This one calls OpenGL 3.3's, to which the offset is the address when no buffer is bound.
+                let address = (&raw mut nanoseconds).expose_provenance();
+                gl.get_query_parameter_u64_with_offset(query, glow::QUERY_RESULT, address);
+            }
             let gpu_ms = (nanoseconds > 0).then_some(nanoseconds as f64 / 1e6);
             self.times.push(PassTime { name, gpu_ms, wall_ms });
         }

@@ -14,6 +14,10 @@ use std::time::Duration;
 /// 1 is right to a few 1e-7, and a box that is too large costs time but no hit.
 const MARGIN: f64 = 2e-6;
 
+/// How far before the scene's box a ray starts in its search of the boxes, as a share of the scene's size: obvhs passes
+/// over every box that ends within 1e-4 of the start, such as those of a flat scene.
+const RUN_UP: f64 = 1e-3;
+
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -68,11 +72,13 @@ impl Tracer<'_> {
         // The part of the ray within the scene's box, so that what float32 sees is near it.
         let (enter, leave) = self.clip(origin, direction, &range)?;
         let length = direction.length();
-        // In boxes, t counts scene sizes from the entry.
+        // In boxes, t counts scene sizes from the run-up's start.
         let unit = length * self.scale;
-        let start = (origin + enter * direction - self.centre) * self.scale;
-        let reach = ((leave - enter) * unit + 4.0 * MARGIN) as f32;
-        let ray = Ray::new(start.as_vec3a(), (direction / length).as_vec3a(), 0.0, reach);
+        let start = (origin + enter * direction - self.centre) * self.scale - RUN_UP / length * direction;
+        let in_boxes = |t: f64| ((t - enter) * unit + RUN_UP + 4.0 * MARGIN) as f32;
+        let reach = in_boxes(leave);
+        // obvhs takes -0 for positive in one place and for negative in another; adding 0 makes it 0.
+        let ray = Ray::new(start.as_vec3a(), (direction / length + 0.0).as_vec3a(), 0.0, reach);
         let mut nearest: Option<Hit> = None;
         let mut end = *range.end();
         self.hierarchy.ray_traverse(ray, &mut RayHit::none(), |_, id| {
@@ -81,7 +87,7 @@ impl Tracer<'_> {
                 Some(hit) if hit.t >= *range.start() && hit.t <= end => {
                     end = hit.t;
                     nearest = Some(hit);
-                    ((hit.t - enter) * unit + 4.0 * MARGIN) as f32
+                    in_boxes(hit.t)
                 }
                 _ => f32::INFINITY,
             }
@@ -165,6 +171,20 @@ mod tests {
                 hits += usize::from(found.is_some());
             }
             assert!(hits > 10_000, "{hits}");
+        }
+    }
+
+    #[test]
+    fn rays_meet_a_flat_scene_from_every_side() {
+        let corners = [(-3., -3.), (3., -3.), (3., 3.), (-3., 3.)].map(|(x, z)| DVec3::new(x, 0.0, z));
+        let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        let tracer = Tracer::new(&mesh);
+        for eye in [DVec3::new(0.5, 1.5, 5.0), DVec3::new(-2.0, -0.1, 1.0), DVec3::new(1e-3, 1e-5, -1e-3)] {
+            for i in 0..400 {
+                let target = DVec3::new(f64::from(i % 20) - 9.5, 0.0, f64::from(i / 20) - 9.5) * 0.3;
+                let hit = tracer.nearest(eye, target - eye, 0.0..=2.0).unwrap();
+                assert!((hit.t - 1.0).abs() < 1e-9, "{eye} {target} {}", hit.t);
+            }
         }
     }
 

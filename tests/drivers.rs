@@ -1,0 +1,148 @@
+//! What every driver is promised, and what is promised of every driver: OpenGL 3.3 core suffices, and the same input
+//! gives the same image.
+
+mod rig;
+
+use gl_generator::{Api, Fallbacks, Profile, Registry};
+use glow::HasContext as _;
+use hbao::context::{Backend, Context};
+use hbao::scene::Projection;
+use hbao::settings::{KNOBS, Kind, Radius};
+use hbao::{Apply, Pipeline, Request, Settings};
+use rig::process::in_own_process;
+use rig::{Frame, SIZE, Shot, assert_identical, every_switch, scenes, twin};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::sync::Arc;
+
+/// Every image of the box, in perspective and orthographic, under every switch.
+fn frames(gl: &Arc<glow::Context>, timings: bool) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    for (i, settings) in every_switch().iter().enumerate() {
+        let shot = scenes::cornell_box();
+        let shot = if i % 2 == 0 { shot } else { shot.orthographic() };
+        let composite = Some(if i % 3 == 0 { Apply::Ambient } else { Apply::All });
+        let mut pipeline = Pipeline::new(gl, SIZE, settings, Request { composite, raw: true, timings }).unwrap();
+        frames.push(rig::frame(&mut pipeline, &shot, SIZE, settings));
+    }
+    frames
+}
+
+fn assert_all_identical(got: &[Frame], expected: &[Frame], context: &str) {
+    assert_eq!(got.len(), expected.len());
+    for (i, (got, expected)) in got.iter().zip(expected).enumerate() {
+        assert_identical(got, expected, &format!("{context}, settings {i}"));
+        // Images of nothing would be identical too.
+        let least = got.ao.texels.iter().copied().fold(1.0, f32::min);
+        assert!(least < 0.9, "settings {i}: no pixel is darker than {least}");
+    }
+}
+
+#[test]
+fn the_settings_used_here_cover_every_switch() {
+    for knob in KNOBS {
+        let Kind::Word(names) = knob.kind else { continue };
+        let used: BTreeSet<String> = every_switch().iter().map(|settings| knob.text(settings)).collect();
+        assert_eq!(used, names.iter().map(|&name| name.to_string()).collect(), "{}", knob.name);
+    }
+    let projections = frames(Context::open(Backend::Osmesa).unwrap().gl(), false);
+    let perspective = |frame: &&Frame| matches!(frame.projection, Projection::Perspective { .. });
+    assert_eq!(projections.iter().filter(perspective).count(), 3);
+}
+
+/// Drivers give 4.5 when asked for 3.3, and nothing else would tell of a later entry point: glow panics at the call.
+#[test]
+fn the_entry_points_of_opengl_3_3_core_suffice() {
+    let core = Registry::new(Api::Gl, (3, 3), Profile::Core, Fallbacks::None, []);
+    let names: BTreeSet<String> = core.cmds.iter().map(|command| format!("gl{}", command.proto.ident)).collect();
+    assert!(names.contains("glSamplerParameteri") && !names.contains("glDispatchCompute"));
+    assert!(!names.contains("glTexStorage2D") && !names.contains("glBegin"));
+    for backend in rig::BOTH {
+        let context = Context::open(backend).unwrap();
+        let expected = frames(context.gl(), true);
+        // SAFETY: the context is current on this thread, and the entry points are its own.
+        let only_core = unsafe {
+            glow::Context::from_loader_function_cstr(|name| match name.to_str() {
+                Ok(text) if names.contains(text) => context.get_proc_address(name),
+                _ => std::ptr::null(),
+            })
+        };
+        assert_all_identical(&frames(&Arc::new(only_core), true), &expected, backend.name());
+    }
+}
+
+#[test]
+fn a_later_entry_point_would_be_noticed() {
+    let context = Context::open(Backend::Osmesa).unwrap();
+    // SAFETY: as above.
+    let without = unsafe {
+        glow::Context::from_loader_function_cstr(|name| match name.to_bytes() {
+            b"glTexStorage2D" => std::ptr::null(),
+            _ => context.get_proc_address(name),
+        })
+    };
+    let call = std::panic::AssertUnwindSafe(|| {
+        // SAFETY: no call is made: there is no entry point.
+        unsafe { without.tex_storage_2d(glow::TEXTURE_2D, 1, glow::RGBA8, 1, 1) }
+    });
+    assert!(std::panic::catch_unwind(call).is_err());
+}
+
+#[test]
+fn egl_and_osmesa_give_the_same_bits() {
+    let [egl, osmesa] = rig::BOTH.map(|backend| frames(Context::open(backend).unwrap().gl(), false));
+    assert_all_identical(&egl, &osmesa, "egl against osmesa");
+}
+
+#[test]
+fn every_run_gives_the_same_bits() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let first = frames(context.gl(), false);
+    assert_all_identical(&frames(context.gl(), true), &first, "again, timed");
+    drop(context);
+    assert_all_identical(&frames(Context::open(Backend::Egl).unwrap().gl(), false), &first, "in a new context");
+
+    // And one pipeline that renders again, with something else in between.
+    let context = Context::open(Backend::Egl).unwrap();
+    let settings = &every_switch()[0];
+    let request = Request { composite: Some(Apply::All), raw: true, timings: false };
+    let mut pipeline = Pipeline::new(context.gl(), SIZE, settings, request).unwrap();
+    let once = rig::frame(&mut pipeline, &scenes::cornell_box(), SIZE, settings);
+    rig::frame(&mut pipeline, &scenes::cornell_box().orthographic(), SIZE, settings);
+    let again = rig::frame(&mut pipeline, &scenes::cornell_box(), SIZE, settings);
+    assert_identical(&again, &once, "the same pipeline");
+}
+
+#[test]
+fn four_threads_with_a_context_each_give_the_same_bits() {
+    let expected = frames(Context::open(Backend::Egl).unwrap().gl(), false);
+    std::thread::scope(|scope| {
+        for backend in [Backend::Egl, Backend::Osmesa, Backend::Egl, Backend::Osmesa] {
+            let expected = &expected;
+            scope.spawn(move || {
+                let context = Context::open(backend).unwrap();
+                assert_all_identical(&frames(context.gl(), false), expected, backend.name());
+            });
+        }
+    });
+}
+
+#[test]
+fn softpipe_falls_back_from_signed_normals_and_matches_the_twins() {
+    let environment = [("GALLIUM_DRIVER", OsStr::new("softpipe"))];
+    in_own_process("softpipe_falls_back_from_signed_normals_and_matches_the_twins", &environment, || {
+        const SIZE: (u32, u32) = (48, 36);
+        let context = Context::open(Backend::Osmesa).unwrap();
+        assert!(context.describe().contains("softpipe"), "{}", context.describe());
+        for shot in [scenes::cornell_box(), scenes::box_on_a_floor(), Shot::orthographic(scenes::ball())] {
+            let settings = Settings { radius: Radius::Units(shot.radius), ..Settings::default() };
+            let frame = rig::render(context.gl(), &shot, SIZE, &settings);
+            let notice = "this driver does not render normals in rgba8-snorm: rgba16f is used";
+            assert_eq!(frame.notices, [notice]);
+            let text = format!("softpipe, {}", shot.name);
+            twin::hold_gbuffer(&frame, &shot, SIZE, &settings, &text);
+            twin::hold_raw(&frame, &settings, &text);
+            twin::hold_blur(&frame, &settings, &text);
+        }
+    });
+}

@@ -1,0 +1,70 @@
+//! Real models, where they are at hand: `../shared/models` beside the package. Without that folder these tests say so
+//! and pass. `HBAO_MODELS_SIZE=1600x1200` sets the size of the images.
+
+mod rig;
+
+use glam::{DVec3, dvec3};
+use hbao::Settings;
+use hbao::context::{Backend, Context};
+use hbao::scene::{Lens, Scene, View};
+use hbao::settings::Radius;
+use rig::{Shot, assert_identical, twin};
+use std::path::Path;
+
+fn size() -> (u32, u32) {
+    let text = std::env::var("HBAO_MODELS_SIZE").unwrap_or("400x300".into());
+    let numbers = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    numbers.unwrap_or_else(|| panic!("HBAO_MODELS_SIZE={text}: give it as 1600x1200"))
+}
+
+/// Holds the G-buffer and ambient occlusion before the blur to the ray cast and the twin, and EGL and OSMesa to each
+/// other.
+fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models").join(name);
+    if !path.exists() {
+        eprintln!("SKIPPED: {} is not there", path.display());
+        return;
+    }
+    let scene = Scene::open(path.to_str().unwrap()).unwrap();
+    let radius = 0.05 * scene.mesh.diagonal();
+    let lens = Some(Lens::FovY(fov_y.to_radians()));
+    let view = View { eye: Some(eye), target: Some(target), lens, ..View::default() };
+    let shot = Shot::new(name, scene.mesh, view, radius);
+    let settings = Settings { radius: Radius::Units(radius), ..rig::float_settings(radius) };
+    // With the normals that are the default.
+    let settings = Settings { normal_format: Settings::default().normal_format, ..settings };
+    let text = format!("{name} at {:?}\n{}", size(), settings.to_toml());
+    let frame = rig::render(Context::open(Backend::Egl).unwrap().gl(), &shot, size(), &settings);
+    let other = rig::render(Context::open(Backend::Osmesa).unwrap().gl(), &shot, size(), &settings);
+    assert_identical(&frame, &other, &format!("egl and osmesa, {text}"));
+    twin::hold_gbuffer(&frame, &shot, size(), &settings, &text);
+    let ambiguous = twin::hold_raw(&frame, &settings, &text);
+    let covered = frame.covered().texels.iter().filter(|&&c| c).count();
+    eprintln!("{name}: {ambiguous} of {covered} covered pixels are ambiguous");
+    assert!(covered > frame.depth.texels.len() / 10);
+}
+
+#[test]
+fn sibenik_down_the_nave() {
+    hold_model("sibenik.obj", dvec3(-15.5, -10.5, 0.0), dvec3(10.0, -9.0, 0.0), 60.0);
+}
+
+#[test]
+fn sibenik_behind_a_column() {
+    hold_model("sibenik.obj", dvec3(-16.0, -12.0, -3.0), dvec3(8.0, -8.0, 2.0), 60.0);
+}
+
+#[test]
+fn dragon() {
+    hold_model("dragon.obj", dvec3(-5.0, 8.0, 14.5), dvec3(0.0, 4.5, 0.0), 45.0);
+}
+
+#[test]
+fn sponza_in_the_courtyard() {
+    hold_model("sponza.obj", dvec3(7.2, 1.6, -0.35), dvec3(-10.0, 3.2, -0.35), 60.0);
+}
+
+#[test]
+fn bunny() {
+    hold_model("bunny.obj", dvec3(-0.017, 0.16, 0.25), dvec3(-0.017, 0.108, 0.0), 45.0);
+}

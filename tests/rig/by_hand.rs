@@ -1,0 +1,149 @@
+//! Ambient occlusion of depth and normals that a test makes up, in textures of its own.
+
+use glow::HasContext as _;
+use hbao::image::Image;
+use hbao::reference;
+use hbao::rotation_tile;
+use hbao::scene::Projection;
+use hbao::{AmbientOcclusion, BACKGROUND_R32F, Inputs, NormalEncoding, Settings, TextureRef, TextureTarget};
+use std::sync::Arc;
+
+/// A view of a made-up surface.
+pub struct ByHand {
+    /// Infinite on background.
+    pub depth: Image<f32>,
+    pub normals: Image<[f32; 3]>,
+    pub projection: Projection,
+}
+
+impl ByHand {
+    pub fn size(&self) -> (u32, u32) {
+        (self.depth.width as u32, self.depth.height as u32)
+    }
+
+    pub fn covered(&self) -> Image<bool> {
+        self.depth.map(f32::is_finite)
+    }
+
+    /// By the shaders, from rectangle textures.
+    pub fn by_shader(&self, gl: &Arc<glow::Context>, settings: &Settings) -> Image<f32> {
+        self.by_shader_from(gl, settings, TextureTarget::Rectangle, NormalEncoding::Signed)
+    }
+
+    /// By the shaders, from textures of this kind.
+    pub fn by_shader_from(
+        &self,
+        gl: &Arc<glow::Context>,
+        settings: &Settings,
+        target: TextureTarget,
+        encoding: NormalEncoding,
+    ) -> Image<f32> {
+        let mut ao = AmbientOcclusion::new(gl.clone(), self.size(), settings).unwrap();
+        Textures::new(gl, self, target, encoding).visibility(&mut ao, self)
+    }
+
+    pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::hbao::Inputs<'a> {
+        reference::hbao::Inputs { depth: &self.depth, normals: &self.normals, tile, projection: self.projection }
+    }
+
+    /// By the float64 twins.
+    pub fn by_twin(&self, settings: &Settings) -> Image<f64> {
+        let raw = reference::hbao::hbao(&self.twin_inputs(&rotation_tile(settings)), settings).unwrap();
+        reference::blur::blur(&raw, &self.depth, settings).unwrap()
+    }
+
+    /// By both, to be held to the same closed form.
+    pub fn by_both(&self, gl: &Arc<glow::Context>, settings: &Settings) -> [(&'static str, Image<f64>); 2] {
+        [("shader", self.by_shader(gl, settings).map(f64::from)), ("twin", self.by_twin(settings))]
+    }
+}
+
+/// The textures of an application.
+pub struct Textures {
+    gl: Arc<glow::Context>,
+    pub inputs: Inputs,
+}
+
+impl Textures {
+    /// Uploads to unit 0. Filters and wrap modes stay as OpenGL makes them: the passes bring their own sampler.
+    pub fn new(gl: &Arc<glow::Context>, view: &ByHand, target: TextureTarget, encoding: NormalEncoding) -> Textures {
+        let depth: Vec<f32> = view.depth.texels.iter().map(|&z| z.min(BACKGROUND_R32F)).collect();
+        let stored = |c: f32| if encoding == NormalEncoding::Biased { 0.5 * c + 0.5 } else { c };
+        let normals: Vec<f32> =
+            view.normals.texels.iter().flat_map(|n| [stored(n[0]), stored(n[1]), stored(n[2]), 0.0]).collect();
+        let upload = |internal: u32, external: u32, floats: &[f32]| {
+            let bytes: Vec<u8> = floats.iter().flat_map(|f| f.to_ne_bytes()).collect();
+            let kind = if target == TextureTarget::Rectangle { glow::TEXTURE_RECTANGLE } else { glow::TEXTURE_2D };
+            let (width, height) = view.size();
+            // SAFETY: the context is current, and the bytes are as many as size and format say.
+            unsafe {
+                let texture = gl.create_texture().unwrap();
+                gl.active_texture(glow::TEXTURE0);
+                gl.bind_texture(kind, Some(texture));
+                let data = glow::PixelUnpackData::Slice(Some(&bytes));
+                gl.tex_image_2d(kind, 0, internal as i32, width as i32, height as i32, 0, external, glow::FLOAT, data);
+                assert_eq!(gl.get_error(), glow::NO_ERROR);
+                texture
+            }
+        };
+        let depth = upload(glow::R32F, glow::RED, &depth);
+        let normals = upload(glow::RGBA32F, glow::RGBA, &normals);
+        let inputs = Inputs { normal_encoding: encoding, ..Inputs::new(depth, normals, target, view.projection) };
+        Textures { gl: gl.clone(), inputs }
+    }
+
+    /// What the shaders make of them, read back.
+    pub fn visibility(&self, ao: &mut AmbientOcclusion, view: &ByHand) -> Image<f32> {
+        let visibility = ao.render(&self.inputs).unwrap();
+        let (width, height) = (view.depth.width, view.depth.height);
+        Image { width, height, texels: read_red(&self.gl, visibility, width * height) }
+    }
+}
+
+impl Drop for Textures {
+    fn drop(&mut self) {
+        // SAFETY: both are ours, and tests drop them before the context.
+        unsafe {
+            self.gl.delete_texture(self.inputs.depth.texture);
+            self.gl.delete_texture(self.inputs.normals.texture);
+        }
+    }
+}
+
+/// The red channel of a rectangle texture of so many texels.
+pub fn read_red(gl: &glow::Context, image: TextureRef, texels: usize) -> Vec<f32> {
+    assert_eq!(image.target, TextureTarget::Rectangle);
+    let mut bytes = vec![0; 4 * texels];
+    // SAFETY: the context is current, and the vector holds one float for each texel.
+    unsafe {
+        gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(image.texture));
+        let into = glow::PixelPackData::Slice(Some(&mut bytes[..]));
+        gl.get_tex_image(glow::TEXTURE_RECTANGLE, 0, glow::RED, glow::FLOAT, into);
+        assert_eq!(gl.get_error(), glow::NO_ERROR);
+    }
+    bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+/// A perspective of this vertical field of view, in degrees, with square pixels.
+pub fn perspective(fov_y: f64, (width, height): (u32, u32)) -> Projection {
+    let tan_half_fov_y = (fov_y.to_radians() / 2.0).tan();
+    Projection::Perspective { tan_half_fov_x: tan_half_fov_y * f64::from(width) / f64::from(height), tan_half_fov_y }
+}
+
+/// An orthographic view of texels of this size, in scene units.
+pub fn orthographic(texel: f64, (width, height): (u32, u32)) -> Projection {
+    Projection::Orthographic {
+        half_width: texel * f64::from(width) / 2.0,
+        half_height: texel * f64::from(height) / 2.0,
+    }
+}
+
+/// x', y' of a texel's centre.
+pub fn slope(projection: Projection, (width, height): (u32, u32), x: usize, y: usize) -> [f64; 2] {
+    let [u, v] = [(x as f64 + 0.5) / f64::from(width), (y as f64 + 0.5) / f64::from(height)];
+    let [half_x, half_y] = match projection {
+        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => [tan_half_fov_x, tan_half_fov_y],
+        Projection::Orthographic { half_width, half_height } => [half_width, half_height],
+    };
+    [(2.0 * u - 1.0) * half_x, (2.0 * v - 1.0) * half_y]
+}

@@ -1,0 +1,122 @@
+//! A frame held to its float64 twins, pass by pass, within the tolerances that the project promises.
+
+use super::{Frame, Limits, Shot, hold};
+use glam::{DVec3, Vec3};
+use hbao::Settings;
+use hbao::image::Image;
+use hbao::reference;
+use hbao::settings::{AoFormat, DepthFormat};
+
+/// Coverage, depth, normals and colours against one ray a pixel. At 99.5 % of the pixels: at a silhouette, and where
+/// triangles meet, the rasteriser's fixed-point vertices decide otherwise than the exact ones.
+pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Settings, context: &str) {
+    const SHARE: f64 = 0.005;
+    let size = (size.0 as usize, size.1 as usize);
+    let camera = shot.camera((size.0 as u32, size.1 as u32));
+    let seen = reference::gbuffer::gbuffer(&shot.mesh, &camera, size, settings.normals);
+    let both =
+        Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() && seen.at(x, y).depth.is_finite());
+    let either =
+        Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() || seen.at(x, y).depth.is_finite());
+    let one = |covered: bool| f64::from(u8::from(covered));
+    hold(
+        "coverage",
+        &frame.covered().map(one),
+        &seen.map(|s| one(s.depth.is_finite())),
+        &either,
+        Limits { tolerance: 0.0, share: SHARE },
+        context,
+    );
+
+    let relative = Image::from_fn(size.0, size.1, |x, y| f64::from(frame.depth.at(x, y)) / seen.at(x, y).depth);
+    let tolerance = match settings.depth_format {
+        DepthFormat::R32f => 1e-5,
+        // 11 significant bits, truncated or rounded.
+        DepthFormat::R16f => 1e-5 + 2f64.powi(-10),
+    };
+    let (zero, unit) = (both.map(|_| 0.0), both.map(|_| 1.0));
+    hold("depth over that of the ray", &relative, &unit, &both, Limits { tolerance, share: SHARE }, context);
+
+    let degrees = Image::from_fn(size.0, size.1, |x, y| {
+        let (n, expected) = (Vec3::from(frame.normals.at(x, y)).as_dvec3(), seen.at(x, y).normal);
+        n.cross(expected).length().atan2(n.dot(expected)).to_degrees()
+    });
+    hold("normals off by degrees", &degrees, &zero, &both, Limits { tolerance: 1.0, share: SHARE }, context);
+
+    // Two fifths ambient, the rest from over the viewer's left shoulder.
+    let light = DVec3::new(-2.0, 3.0, -3.5).normalize();
+    for channel in 0..3 {
+        let shaded = seen.map(|s| f64::from(s.diffuse[channel]) * (0.4 + 0.6 * s.normal.dot(light).max(0.0)));
+        let got = frame.colour.map(|c| f64::from(c[channel]) / 255.0);
+        // The rounding to 8 bits, and what interpolation leaves.
+        hold("colour", &got, &shaded, &both, Limits { tolerance: 0.75 / 255.0, share: SHARE }, context);
+    }
+    let background = either.map(|covered| !covered);
+    if background.texels.contains(&true) {
+        let clear = |n: [f32; 3]| if n == [0.0; 3] { 0.0 } else { 1.0 };
+        hold("normals of background", &frame.normals.map(clear), &zero, &background, super::everywhere(0.0), context);
+        let white = |c: [u8; 3]| if c == [255; 3] { 0.0 } else { 1.0 };
+        hold("colour of background", &frame.colour.map(white), &zero, &background, super::everywhere(0.0), context);
+        hold("visibility of background", &frame.ao, &unit, &background, super::everywhere(0.0), context);
+    }
+}
+
+/// Ambient occlusion before the blur. Returns how many pixels are ambiguous.
+pub fn hold_raw(frame: &Frame, settings: &Settings, context: &str) -> usize {
+    let inputs = frame.inputs();
+    hold_visibility(&frame.raw, &inputs, settings, context)
+}
+
+/// Visibility made from `inputs` against the twin: within the tolerance at 99.9 %, and everywhere but at pixels that
+/// the twin calls ambiguous, of which there may be 0.5 %, or two. Returns how many they are.
+pub fn hold_visibility(
+    got: &Image<f32>,
+    inputs: &reference::hbao::Inputs,
+    settings: &Settings,
+    context: &str,
+) -> usize {
+    let covered = inputs.depth.map(f32::is_finite);
+    let pixels = covered.texels.iter().filter(|&&c| c).count();
+    let expected = reference::hbao::hbao(inputs, settings).unwrap();
+    let ambiguous = reference::hbao::ambiguous(inputs, settings).unwrap();
+    let count = ambiguous.texels.iter().filter(|&&a| a).count();
+    assert!(count <= (pixels / 200).max(2), "{count} of {pixels} pixels are ambiguous\n{context}");
+    let tolerance = match settings.ao_format {
+        AoFormat::R32f => 1e-3,
+        // Half a step between half floats below 1, or a whole one where the driver truncates.
+        AoFormat::R16f => 1e-3 + 2f64.powi(-11),
+        AoFormat::R8 => 1.0 / 255.0,
+    };
+    let clear = Image::from_fn(covered.width, covered.height, |x, y| covered.at(x, y) && !ambiguous.at(x, y));
+    hold(
+        "raw ambient occlusion where it is not ambiguous",
+        got,
+        &expected,
+        &clear,
+        super::everywhere(tolerance),
+        context,
+    );
+    // Two pixels are less than 99.9 % of a small image leaves.
+    let share = 0.001f64.max(2.0 / pixels as f64);
+    hold("raw ambient occlusion", got, &expected, &covered, Limits { tolerance, share }, context);
+    let background = covered.map(|c| !c);
+    if background.texels.contains(&true) {
+        hold("background", got, &background.map(|_| 1.0), &background, super::everywhere(0.0), context);
+    }
+    assert!(got.texels.iter().all(|a| (0.0..=1.0).contains(a)), "outside [0, 1]\n{context}");
+    count
+}
+
+/// The blur, of the ambient occlusion that the GPU itself made.
+pub fn hold_blur(frame: &Frame, settings: &Settings, context: &str) {
+    let expected = reference::blur::blur(&frame.raw.map(f64::from), &frame.depth, settings).unwrap();
+    let tolerance = match settings.ao_format {
+        AoFormat::R32f => 1e-4,
+        // A rounding after each of two passes, a whole step where the driver truncates.
+        AoFormat::R16f => 1e-4 + 2.0 * 2f64.powi(-11),
+        // Half a step for each of two passes.
+        AoFormat::R8 => 1.0 / 255.0 + 1e-4,
+    };
+    let all = frame.depth.map(|_| true);
+    hold("blurred ambient occlusion", &frame.ao, &expected, &all, super::everywhere(tolerance), context);
+}

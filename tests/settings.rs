@@ -1,0 +1,52 @@
+//! Every knob: its range, and its way through a settings file.
+
+use hbao::settings::{KNOBS, Radius, Settings};
+
+#[test]
+fn defaults_are_in_range_and_survive_a_settings_file() {
+    let settings = Settings { bias: 30f64.to_radians(), blur_depth_sigma: Some(0.125), ..Settings::default() };
+    settings.validate().unwrap();
+    let mut read = Settings::default();
+    read.read_toml(&settings.to_toml().to_string()).unwrap();
+    assert_eq!(read, settings);
+    assert_eq!(KNOBS.iter().find(|k| k.name == "bias").unwrap().text(&settings), "30.0");
+}
+
+#[test]
+fn a_value_out_of_range_is_refused_with_its_range() {
+    for (name, bad) in [
+        ("directions", "0"),
+        ("directions", "65"),
+        ("steps", "257"),
+        ("steps", "1.5"),
+        ("bias", "-1"),
+        ("bias", "89.5"),
+        ("bias", "nan"),
+        ("radius", "0"),
+        ("radius", "inf"),
+        ("radius", "-3%"),
+        ("strength", "nan"),
+        ("blur", "4"),
+        ("blur", "1"),
+        ("blur", "43"),
+        ("blur-depth-sigma", "0"),
+        ("snap", "steps"),
+        ("method", "ssao"),
+    ] {
+        let knob = KNOBS.iter().find(|knob| knob.name == name).unwrap();
+        let error = knob.set(&mut Settings::default(), bad).unwrap_err();
+        assert!(error.is_usage());
+        assert!(error.to_string().starts_with(&format!("{name}: '{bad}' is n")), "{error}");
+    }
+    let settings = Settings { directions: 65, ..Settings::default() };
+    assert!(settings.validate().unwrap_err().to_string().contains("from 1 to 64"));
+}
+
+#[test]
+fn a_settings_file_with_an_unknown_key_or_no_toml_says_which_line_or_key() {
+    let mut settings = Settings::default();
+    assert!(settings.read_toml("radios = 3").unwrap_err().contains("unknown setting 'radios'"));
+    assert!(settings.read_toml("steps = 3\nradius = = 4").unwrap_err().starts_with("line 2: "));
+    settings.read_toml("radius = '2%'\n[camera]\neye = 3").unwrap();
+    assert_eq!(settings.radius, Radius::Percent(2.0));
+}

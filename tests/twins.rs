@@ -1,0 +1,239 @@
+//! Every pass on the GPU is held to its float64 twin, over scenes, projections, drivers and settings.
+
+mod rig;
+
+use glam::DVec3;
+use hbao::context::{Backend, Context};
+use hbao::image::Image;
+use hbao::scene::Projection;
+use hbao::settings::{
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, KNOBS, Kind, NormalFormat, Normals,
+    Radius, Snap,
+};
+use hbao::{Apply, NormalEncoding, Settings, TextureTarget, rotation_tile};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng as _;
+use rig::by_hand::{self, ByHand};
+use rig::{Frame, SIZE, Shot, everywhere, hold, scenes, twin};
+use std::collections::BTreeSet;
+
+/// One frame to be held to its twins.
+struct Case {
+    backend: Backend,
+    shot: Shot,
+    size: (u32, u32),
+    settings: Settings,
+    apply: Apply,
+}
+
+impl Case {
+    fn text(&self) -> String {
+        let Case { backend, shot, size, settings, .. } = self;
+        let camera = shot.camera(*size);
+        format!("{}, {} at {size:?}\n{camera:?}\n{}", backend.name(), shot.name, settings.to_toml())
+    }
+}
+
+/// A sequence of choices that is the same in every run.
+struct Draw(Pcg64Mcg);
+
+impl Draw {
+    fn one<T: Copy>(&mut self, of: &[T]) -> T {
+        of[(self.0.next_u64() >> 33) as usize % of.len()]
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+const CASES: usize = 64;
+
+/// Cases that cover every value of every switch, and many combinations.
+fn cases() -> Vec<Case> {
+    let mut draw = Draw(Pcg64Mcg::new(20_080_602));
+    let shots = scenes::all();
+    let case = |i: usize| {
+        let shot = shots[i % shots.len()].clone();
+        let shot = if i / shots.len() % 2 == 0 { shot } else { shot.orthographic() };
+        // Far below a texel or so, the usual, and beyond the scene.
+        let radius = shot.radius * draw.one(&[0.03, 0.5, 1.0, 1.0, 100.0]);
+        let settings = Settings {
+            radius: Radius::Units(radius),
+            directions: draw.one(&[1, 2, 3, 5, 8, 8, 16, 64]),
+            steps: draw.one(&[1, 2, 4, 8, 8, 33, 256]),
+            bias: draw.one(&[0.0, 0.0, 10.0, 45.0, 89.0f64]).to_radians(),
+            strength: draw.one(&[0.5, 1.0, 1.0, 3.0]),
+            attenuation: draw.one(&[Attenuation::Quadratic, Attenuation::Linear, Attenuation::None]),
+            snap: draw.one(&[Snap::Step, Snap::Sample, Snap::None]),
+            clamp: draw.one(&[Clamp::Position, Clamp::Depth]),
+            grounding: draw.one(&[Grounding::Sample, Grounding::Direction]),
+            normals: draw.one(&[Normals::Derivative, Normals::Vertex]),
+            jitter: draw.one(&[Jitter::Tile, Jitter::Tile, Jitter::None]),
+            blur: draw.one(&[0, 3, 9, 9, 21, 41]),
+            blur_kernel: draw.one(&[BlurKernel::Separable, BlurKernel::Full]),
+            blur_depth_sigma: draw.one(&[None, Some(0.02 * shot.radius), Some(10.0 * shot.radius)]),
+            ao_format: draw.one(&[AoFormat::R32f, AoFormat::R32f, AoFormat::R16f, AoFormat::R8]),
+            normal_format: draw.one(&[NormalFormat::Rgba8Snorm, NormalFormat::Rgba16f]),
+            depth_format: draw.one(&[DepthFormat::R32f, DepthFormat::R32f, DepthFormat::R16f]),
+            ..Settings::default()
+        };
+        // The twin takes as long as there are samples.
+        let size = if settings.directions * settings.steps > 300 { (33, 21) } else { SIZE };
+        Case { backend: draw.one(&rig::BOTH), shot, size, settings, apply: draw.one(&[Apply::All, Apply::Ambient]) }
+    };
+    (0..CASES).map(case).collect()
+}
+
+fn hold_composite(frame: &Frame, case: &Case) {
+    // The shade's ambient part is what is left of it where no light falls: its share follows from normal and light.
+    let light = DVec3::new(-2.0, 3.0, -3.5).normalize();
+    for channel in 0..3 {
+        let expected = Image::from_fn(frame.ao.width, frame.ao.height, |x, y| {
+            let n = DVec3::from(frame.normals.at(x, y).map(f64::from));
+            let share = match case.apply {
+                Apply::All => 1.0,
+                Apply::Ambient => 0.4 / (0.4 + 0.6 * n.dot(light).max(0.0)),
+            };
+            let visibility = 1.0 - share * (1.0 - f64::from(frame.ao.at(x, y)));
+            f64::from(frame.colour.at(x, y)[channel]) / 255.0 * visibility
+        });
+        let got = frame.composite.map(|c| f64::from(c[channel]) / 255.0);
+        // Three roundings to 8 bits: the image's, the ambient share's, and the normal's, here read back.
+        let limits = everywhere(2.0 / 255.0);
+        hold("composite", &got, &expected, &got.map(|_| true), limits, &case.text());
+    }
+}
+
+/// Every fourth case from `start`: tests run side by side.
+fn hold_cases_from(start: usize) {
+    for case in cases().into_iter().skip(start).step_by(4) {
+        let context = Context::open(case.backend).unwrap();
+        let frame = rig::render_applied(context.gl(), &case.shot, case.size, &case.settings, case.apply);
+        let text = case.text();
+        twin::hold_gbuffer(&frame, &case.shot, case.size, &case.settings, &text);
+        twin::hold_raw(&frame, &case.settings, &text);
+        twin::hold_blur(&frame, &case.settings, &text);
+        hold_composite(&frame, &case);
+    }
+}
+
+#[test]
+fn all_passes_match_their_twins_first_quarter() {
+    hold_cases_from(0);
+}
+
+#[test]
+fn all_passes_match_their_twins_second_quarter() {
+    hold_cases_from(1);
+}
+
+#[test]
+fn all_passes_match_their_twins_third_quarter() {
+    hold_cases_from(2);
+}
+
+#[test]
+fn all_passes_match_their_twins_last_quarter() {
+    hold_cases_from(3);
+}
+
+#[test]
+fn the_cases_cover_every_value_of_every_switch() {
+    let cases = cases();
+    for knob in KNOBS {
+        let used: BTreeSet<String> = cases.iter().map(|case| knob.text(&case.settings)).collect();
+        let wanted: Vec<String> = match (knob.name, knob.kind) {
+            (_, Kind::Word(names)) => names.iter().map(|&name| name.into()).collect(),
+            ("bias", _) => ["0.0", "10.0", "45.0", "89.0"].map(String::from).to_vec(),
+            ("directions", _) => ["1", "2", "3", "5", "8", "16", "64"].map(String::from).to_vec(),
+            ("steps", _) => ["1", "2", "4", "8", "33", "256"].map(String::from).to_vec(),
+            ("blur", _) => ["0", "3", "9", "21", "41"].map(String::from).to_vec(),
+            ("strength", _) => ["0.5", "1.0", "3.0"].map(String::from).to_vec(),
+            _ => continue,
+        };
+        for value in wanted {
+            assert!(used.contains(&value), "no case has {} = {value}", knob.name);
+        }
+    }
+    let perspective = |case: &&Case| matches!(case.shot.camera(SIZE).projection, Projection::Perspective { .. });
+    for backend in rig::BOTH {
+        let on_backend = cases.iter().filter(|case| case.backend == backend);
+        let (yes, no): (Vec<&Case>, Vec<&Case>) = on_backend.partition(perspective);
+        assert!(yes.len() > 8 && no.len() > 8);
+    }
+    // A comparison of images that are 1 all over would say little.
+    assert!(cases.iter().filter(|case| case.settings.ao_format == AoFormat::R32f).count() > CASES / 3);
+}
+
+#[test]
+fn the_default_settings_match_on_every_scene_projection_and_driver() {
+    for backend in rig::BOTH {
+        let context = Context::open(backend).unwrap();
+        let mut shots = scenes::all();
+        shots.extend(scenes::all().into_iter().map(Shot::orthographic));
+        for shot in shots {
+            let settings = Settings { radius: Radius::Units(shot.radius), ..Settings::default() };
+            let case = Case { backend, shot, size: SIZE, settings, apply: Apply::All };
+            let text = case.text();
+            let frame = rig::render(context.gl(), &case.shot, SIZE, &case.settings);
+            twin::hold_gbuffer(&frame, &case.shot, SIZE, &case.settings, &text);
+            twin::hold_raw(&frame, &case.settings, &text);
+            twin::hold_blur(&frame, &case.settings, &text);
+        }
+    }
+}
+
+/// Hills of random height under random normals, with holes: nothing that a G-buffer would make.
+fn rubble(projection: Projection, seed: u128) -> ByHand {
+    let mut draw = Draw(Pcg64Mcg::new(seed));
+    let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+    let depth = Image::from_fn(width, height, |_, _| {
+        if draw.unit() < 0.05 { f32::INFINITY } else { (8.0 + 2.0 * draw.unit()) as f32 }
+    });
+    let normals = Image::from_fn(width, height, |_, _| {
+        let mut component = || 2.0 * draw.unit() - 1.0;
+        // Of any length, and some facing away.
+        DVec3::new(component(), component(), component() - 0.7).as_vec3().to_array()
+    });
+    ByHand { depth, normals, projection }
+}
+
+#[test]
+fn an_applications_own_textures_of_either_kind_and_encoding_match_the_twin() {
+    let context = Context::open(Backend::Egl).unwrap();
+    // Texels wider than high, in perspective too.
+    let projections = [
+        Projection::Perspective { tan_half_fov_x: 1.1, tan_half_fov_y: 0.5 },
+        Projection::Orthographic { half_width: 9.0, half_height: 4.0 },
+    ];
+    for (seed, projection) in (1..).zip(projections) {
+        let view = rubble(projection, seed);
+        for target in [TextureTarget::Rectangle, TextureTarget::Texture2d] {
+            for encoding in [NormalEncoding::Signed, NormalEncoding::Biased] {
+                let settings = Settings { blur: 0, ..rig::float_settings(2.0) };
+                let got = view.by_shader_from(context.gl(), &settings, target, encoding);
+                let tile = rotation_tile(&settings);
+                let text = format!("{projection:?} {target:?} {encoding:?}");
+                twin::hold_visibility(&got, &view.twin_inputs(&tile), &settings, &text);
+            }
+        }
+    }
+}
+
+#[test]
+fn random_heights_match_the_twin_under_every_way_to_take_samples() {
+    let context = Context::open(Backend::Osmesa).unwrap();
+    let view = rubble(by_hand::perspective(60.0, SIZE), 3);
+    for snap in [Snap::Step, Snap::Sample, Snap::None] {
+        for clamp in [Clamp::Position, Clamp::Depth] {
+            for grounding in [Grounding::Sample, Grounding::Direction] {
+                let settings = Settings { snap, clamp, grounding, blur: 0, ..rig::float_settings(2.0) };
+                let got = view.by_shader(context.gl(), &settings);
+                let tile = rotation_tile(&settings);
+                let text = settings.to_toml().to_string();
+                twin::hold_visibility(&got, &view.twin_inputs(&tile), &settings, &text);
+            }
+        }
+    }
+}
