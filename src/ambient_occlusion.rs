@@ -6,7 +6,7 @@ use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::background::Background;
 use crate::pass::blur::{Blur, Kernel};
-use crate::pass::hbao::{Hbao, NormalEncoding, Variant};
+use crate::pass::method::{MethodPass, NormalEncoding, Variant};
 use crate::pass::{BACKGROUND_R32F, DepthInput, FullScreen, TextureRef, TextureTarget};
 use crate::scene::Projection;
 use crate::settings::{AoFormat, BlurKernel, Settings};
@@ -28,6 +28,8 @@ pub struct Inputs {
     pub normal_encoding: NormalEncoding,
     /// The view's projection, centred.
     pub projection: Projection,
+    /// The near plane's z, at which the rays of `ray-march` end; no other method reads it.
+    pub near: f64,
 }
 
 impl Inputs {
@@ -39,6 +41,7 @@ impl Inputs {
             normals: TextureRef { texture: normals, target },
             normal_encoding: NormalEncoding::Signed,
             projection,
+            near: 0.0,
         }
     }
 
@@ -63,7 +66,8 @@ struct Surface {
 struct Programs {
     variant: Variant,
     background: Background,
-    ao: Hbao,
+    /// None where A = 1 everywhere.
+    ao: Option<MethodPass>,
     /// X and Y, or the one full pass, or none.
     blurs: Vec<(&'static str, Blur)>,
 }
@@ -191,6 +195,12 @@ impl AmbientOcclusion {
                 gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
             }
         }
+        let Some(ao) = &programs.ao else {
+            if let Some(raw) = raw {
+                *raw = self.read(&surfaces[0])?;
+            }
+            return gl::check(&gl, "ambient occlusion");
+        };
         surfaces[0].target.bind();
         timers.pass("background", || {
             // SAFETY: the context is current.
@@ -208,7 +218,13 @@ impl AmbientOcclusion {
             Ok(())
         })?;
         timers.pass("ao", || {
-            programs.ao.draw(full_screen, &depth, inputs.normals, inputs.projection, (self.radius, &self.settings));
+            ao.draw(
+                full_screen,
+                &depth,
+                inputs.normals,
+                (inputs.projection, inputs.near),
+                (self.radius, &self.settings),
+            );
             Ok(())
         })?;
         if let Some(raw) = raw {
@@ -264,7 +280,7 @@ impl AmbientOcclusion {
         self.programs.push(Programs {
             variant,
             background: Background::new(&self.gl, variant.depth)?,
-            ao: Hbao::new(&self.gl, &self.settings, variant)?,
+            ao: MethodPass::new(&self.gl, &self.settings, variant)?,
             blurs: kernels.iter().map(blur).collect::<Result<_, Error>>()?,
         });
         Ok(self.programs.len() - 1)

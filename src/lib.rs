@@ -33,7 +33,7 @@ pub use ambient_occlusion::{AmbientOcclusion, Inputs};
 pub use error::Error;
 pub use gl::{Format, PassTime, Timers, size_limit};
 pub use pass::composite::Apply;
-pub use pass::hbao::NormalEncoding;
+pub use pass::method::NormalEncoding;
 pub use pass::probe::format_renders;
 pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, TextureRef, TextureTarget};
 pub use pipeline::{Pipeline, Request};

@@ -7,7 +7,7 @@ use crate::gl::{self, Format, PassTime, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::GBuffer;
-use crate::pass::hbao::NormalEncoding;
+use crate::pass::method::NormalEncoding;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen, probe};
 use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, NormalFormat, Settings};
@@ -147,6 +147,7 @@ impl Pipeline {
             normals: (&self.targets.normals).into(),
             normal_encoding: self.targets.encoding,
             projection: camera.projection,
+            near: camera.near,
         }
     }
 

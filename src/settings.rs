@@ -37,6 +37,16 @@ choice! {
         /// ShaderX7 6.2: grounded horizons, one attenuation per sample (Eq. 6.2.9).
         #[default]
         Hbao = "hbao",
+        /// The SIGGRAPH 2008 talk: one horizon, one attenuation in each direction (Eq. 3).
+        HbaoTalk = "hbao-talk",
+        /// 6.2's brute force: rays over the hemisphere, marched over the depth image.
+        RayMarch = "ray-march",
+        /// Shanmugam and Arikan 2007, as 6.2 describes it: every sample is a sphere that occludes.
+        Microsphere = "microsphere",
+        /// Fox and Compton 2008, as 6.2 describes it: the same with one solid angle for all.
+        Crease = "crease",
+        /// A = 1 everywhere: the 'No AO' rows of Table 6.2.1.
+        None = "none",
     }
 }
 
@@ -178,6 +188,8 @@ pub struct Settings {
     pub directions: u32,
     /// N_s, the steps along each direction.
     pub steps: u32,
+    /// N_r, the rays of `ray-march` at each azimuth.
+    pub rays: u32,
     /// The angle bias, in radians.
     pub bias: f64,
     /// The factor on the occlusion.
@@ -216,6 +228,7 @@ impl Default for Settings {
             radius: Radius::Percent(5.0),
             directions: 8,
             steps: 8,
+            rays: 4,
             bias: 0.0,
             strength: 1.0,
             attenuation: Attenuation::default(),
@@ -235,6 +248,15 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The method's own defaults: the talk attenuates linearly and snaps each sample.
+    pub fn for_method(method: Method) -> Settings {
+        let defaults = Settings { method, ..Settings::default() };
+        match method {
+            Method::HbaoTalk => Settings { attenuation: Attenuation::Linear, snap: Snap::Sample, ..defaults },
+            _ => defaults,
+        }
+    }
+
     /// The settings with a radius in percent made one in scene units; `diagonal` is that of the scene's bounding box.
     pub fn resolved(&self, diagonal: f64) -> Settings {
         let radius = match self.radius {
@@ -441,6 +463,7 @@ knobs! {
     "radius" "R" radius Length = "R, beyond which nothing occludes: scene units, or N% of the bounding box's diagonal";
     "directions" "N" directions Count(1, 64) = "N_d, the directions about each pixel";
     "steps" "N" steps Count(1, 256) = "N_s, the steps along each direction";
+    "rays" "N" rays Count(1, 64) = "N_r, the rays of ray-march at each azimuth";
     "bias" "DEG" bias Degrees(0.0, 89.0) = "The angle by which tangents are raised, which hides creases of coarse meshes";
     "strength" "S" strength Positive = "The factor on the occlusion";
     "attenuation" "W" attenuation Word: Attenuation = "W(r), an occluder's weight: 1 - (r/R)^2, 1 - r/R, or 1";

@@ -5,8 +5,12 @@ pub(crate) mod background;
 pub(crate) mod blur;
 pub(crate) mod composite;
 pub(crate) mod gbuffer;
-pub(crate) mod hbao;
+mod hbao;
+mod hbao_talk;
+pub(crate) mod method;
+mod microsphere;
 pub(crate) mod probe;
+mod ray_march;
 
 use crate::Error;
 use crate::gl::{Program, Source, Texture, source};

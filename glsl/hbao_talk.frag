@@ -1,0 +1,35 @@
+// Horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3: one horizon and one attenuation in each
+// direction. Its float64 twin is src/reference/hbao_talk.rs.
+out float out_0;
+
+void main()
+{
+    Surface s = surface_at(gl_FragCoord.xy);
+    vec2 step_px = step_in_texels(s);
+    if (min(step_px.x, step_px.y) < 1.0) {
+        out_0 = 1.0;
+        return;
+    }
+
+    float occlusion = 0.0;
+    for (int k = 0; k < N_D; ++k) {
+        Direction d = direction(k, step_px, s.jitter);
+        float tangent = sine_of_tangent(s, d.stride * pixel);
+        // h(theta), the highest of the tangent and the samples within R, and the horizon sample's |D|^2.
+        float horizon = tangent;
+        float squared = 0.0;
+        for (int i = 1; i <= N_S; ++i) {
+            Sample S = sample_at(s, d, i);
+#ifdef FLOOR
+            occlusion += S.z;
+#else
+            float sine = -S.D.z * inversesqrt(S.squared);
+            bool higher = S.squared <= radius * radius && sine > horizon && S.taken != vec2(0.0);
+            horizon = higher ? sine : horizon;
+            squared = higher ? S.squared : squared;
+#endif
+        }
+        occlusion += (horizon - tangent) * attenuation(squared);
+    }
+    out_0 = clamp(1.0 - strength / float(N_D) * occlusion, 0.0, 1.0);
+}

@@ -1,0 +1,68 @@
+// The samples about a pixel: ShaderX7 6.2, Directions and jittering, Variable step size, Snapping.
+//
+// Compiled in: N_D, N_S, DIRECTIONS (the N_D unit vectors at angles 2 pi k / N_D), and one each of SNAP_*, CLAMP_*.
+const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
+
+// The step between two samples, in texels. Where it is below 1 on either axis, A is 1: the chapter's early exit.
+vec2 step_in_texels(Surface s) { return radius_in_texels(s.z) / float(N_S + 1); }
+
+struct Direction {
+    vec2 first;  // what jitter moves every sample by
+    vec2 stride; // from a sample to the next
+};
+
+// Eq. 6.2.10: direction k, turned by a.
+Direction direction(int k, vec2 step_px, vec3 jitter)
+{
+    vec2 d = vec2(directions[k].x * jitter.x - directions[k].y * jitter.y,
+                  directions[k].y * jitter.x + directions[k].x * jitter.y);
+    Direction result;
+    result.stride = step_px * d;
+    result.first = jitter.z * result.stride;
+#ifdef SNAP_STEP
+    result.first = floor(result.first + 0.5);
+    result.stride = floor(result.stride + 0.5);
+#endif
+    return result;
+}
+
+struct Sample {
+    vec3 D;        // S - P
+    float squared; // |D|^2
+    float z;       // of the texel read
+    vec2 taken;    // the texel read less P's own; a sample on P's own texel is ignored
+};
+
+// Sample i = 1..N_S of a direction.
+Sample sample_at(Surface s, Direction d, int i)
+{
+    Sample result;
+    vec2 exact = d.first + float(i) * d.stride;
+#ifdef SNAP_STEP
+    vec2 offset = exact; // whole texels already
+#else
+    vec2 offset = floor(exact + 0.5);
+#endif
+    vec2 q = clamp(s.p + offset, vec2(0.5), size - 0.5);
+    result.z = depth_at(q);
+    result.taken = q - s.p;
+    // Where the sample is taken to lie, in texels from p.
+#if defined(SNAP_NONE) && defined(CLAMP_POSITION)
+    vec2 at = result.taken == offset ? exact : result.taken;
+#elif defined(SNAP_NONE)
+    vec2 at = exact;
+#elif defined(CLAMP_POSITION)
+    vec2 at = result.taken;
+#else
+    vec2 at = offset;
+#endif
+    // Without subtracting two far positions: z_s (r + at) - z r = (z_s - z) r + z_s at.
+    float dz = result.z - s.z;
+#ifdef ORTHOGRAPHIC
+    result.D = vec3(at * pixel, dz);
+#else
+    result.D = vec3(dz * s.r + result.z * (at * pixel), dz);
+#endif
+    result.squared = dot(result.D, result.D);
+    return result;
+}

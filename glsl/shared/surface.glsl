@@ -1,0 +1,60 @@
+// What an ambient occlusion method knows of the pixel at hand.
+//
+// Compiled in: ORTHOGRAPHIC, NORMALS_RECTANGLE, NORMALS_BIASED, JITTER_TILE.
+#ifdef NORMALS_RECTANGLE
+uniform sampler2DRect normal_image;
+vec3 stored_normal(vec2 p) { return texture(normal_image, p).xyz; }
+#else
+uniform sampler2D normal_image;
+vec3 stored_normal(vec2 p) { return textureLod(normal_image, p * texel, 0.0).xyz; }
+#endif
+
+uniform sampler2DRect tile; // 4x4: cos a, sin a, b
+uniform float radius;       // R, scene units
+uniform float strength;
+
+struct Surface {
+    vec2 p;       // in the window, a texel's centre
+    float z;      // linear depth
+    vec2 r;       // x', y' of the ray through p: 0 when orthographic
+    vec3 n;       // the normal, of any length, turned to the eye
+    float facing; // -(n.r), not negative
+    vec3 jitter;  // cos a, sin a, b
+};
+
+Surface surface_at(vec2 p)
+{
+    Surface s;
+    s.p = p;
+    s.z = depth_at(p);
+#ifdef ORTHOGRAPHIC
+    s.r = vec2(0.0);
+#else
+    s.r = slope(p);
+#endif
+    s.n = stored_normal(p);
+#ifdef NORMALS_BIASED
+    s.n = 2.0 * s.n - 1.0;
+#endif
+    s.facing = -dot(s.n, vec3(s.r, 1.0));
+    if (s.facing < 0.0) {
+        s.facing = -s.facing;
+        s.n = -s.n;
+    }
+#ifdef JITTER_TILE
+    s.jitter = texture(tile, mod(floor(p), 4.0) + 0.5).xyz;
+#else
+    s.jitter = vec3(1.0, 0.0, 0.0);
+#endif
+    return s;
+}
+
+// R at the surface's depth, in texels (Figure 6.2.11).
+vec2 radius_in_texels(float z)
+{
+#ifdef ORTHOGRAPHIC
+    return radius / pixel;
+#else
+    return radius / (z * pixel);
+#endif
+}

@@ -1,0 +1,17 @@
+uniform vec2 bias; // cosine, sine
+
+// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), lateral = (du, dv), raised by the
+// angle bias to at most 90 degrees. dP/dx' = z (e_x - r n.x / (n.r)); T is taken times -(n.r) / z, which is positive
+// and spares the division where the surface is seen edge-on.
+float sine_of_tangent(Surface s, vec2 lateral)
+{
+    float rise = dot(s.n.xy, lateral);
+    vec3 T = vec3(s.facing * lateral + rise * s.r, rise);
+    float inverse = inversesqrt(max(dot(T, T), 1e-36));
+    float sine = -T.z * inverse;
+#ifdef BIAS
+    float cosine = length(T.xy) * inverse;
+    sine = sine > bias.x ? 1.0 : sine * bias.x + cosine * bias.y;
+#endif
+    return sine;
+}

@@ -1,0 +1,142 @@
+//! An ambient occlusion method as a pass. The methods read the same images and the same rotation tile, and differ in
+//! their shaders: a file of its own each, here and in `glsl/`.
+
+use super::background::depth_defines;
+use super::{
+    DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, hbao, hbao_talk, microsphere,
+    pixel_extent, ray_march,
+};
+use crate::Error;
+use crate::gl::{Defines, Format, Program, Source, Texture, source};
+use crate::scene::Projection;
+use crate::settings::{Jitter, Method, Settings};
+use crate::tile::{self, rotation_tile};
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// How the stored normals encode a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NormalEncoding {
+    /// Components in [-1, 1] (SNORM or float).
+    Signed,
+    /// Components c stored as c/2 + 1/2 (UNORM).
+    Biased,
+}
+
+/// What the shader is compiled for, beside the settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Variant {
+    pub(crate) orthographic: bool,
+    pub(crate) depth: TextureTarget,
+    pub(crate) normals: TextureTarget,
+    pub(crate) encoding: NormalEncoding,
+    /// The fetch floor: every fetch, and a sum in place of what is computed from it.
+    pub(crate) floor: bool,
+}
+
+/// What a method's shader is made of, beside what all have.
+pub(super) struct Shader {
+    pub(super) pieces: Vec<Source>,
+    pub(super) defines: Defines,
+}
+
+pub(super) const SAMPLING: Source = source!("shared/sampling.glsl");
+pub(super) const TANGENT: Source = source!("shared/tangent.glsl");
+
+/// The pass.
+pub(crate) struct MethodPass {
+    program: Program,
+    tile: Option<Texture>,
+}
+
+impl MethodPass {
+    /// None for the method that has no pass, A = 1. Changes the rectangle texture binding of the active unit.
+    pub(crate) fn new(
+        gl: &Arc<glow::Context>,
+        settings: &Settings,
+        variant: Variant,
+    ) -> Result<Option<MethodPass>, Error> {
+        let defines = defines(settings, variant);
+        let shader = match settings.method {
+            Method::Hbao => hbao::shader(settings, defines),
+            Method::HbaoTalk => hbao_talk::shader(settings, defines),
+            Method::RayMarch => ray_march::shader(settings, defines),
+            Method::Microsphere | Method::Crease => microsphere::shader(settings, defines),
+            Method::None => return Ok(None),
+        };
+        let mut pieces = vec![FETCH, RAY, source!("shared/surface.glsl"), source!("shared/attenuation.glsl")];
+        pieces.extend(shader.pieces);
+        let program = Program::new(gl, &shader.defines, FULLSCREEN, &pieces)?;
+        let tile = match settings.jitter {
+            Jitter::None => None,
+            Jitter::Tile => {
+                let texels: Vec<f32> =
+                    rotation_tile(settings).texels.iter().flat_map(|&[c, s, b]| [c, s, b, 0.0]).collect();
+                Some(Texture::of_floats(gl, "rotation tile", Format::Rgba32f, (4, 4), &texels)?)
+            }
+        };
+        Ok(Some(MethodPass { program, tile }))
+    }
+
+    /// Draws A into the bound target. `near` is where rays are clipped and `radius` is R, both in scene units.
+    pub(crate) fn draw(
+        &self,
+        full_screen: &FullScreen,
+        depth: &DepthInput,
+        normals: TextureRef,
+        (projection, near): (Projection, f64),
+        (radius, settings): (f64, &Settings),
+    ) {
+        let program = self.program.bind();
+        depth.bind(full_screen, program, 0);
+        full_screen.bind_texture(1, normals);
+        if let Some(tile) = &self.tile {
+            full_screen.bind_texture(2, tile.into());
+        }
+        program
+            .unit("normal_image", 1)
+            .unit("tile", 2)
+            .vec2("pixel", pixel_extent(projection, depth.size))
+            .float("near", near)
+            .float("radius", radius)
+            .float("strength", settings.strength)
+            .vec2("bias", [settings.bias.cos(), settings.bias.sin()]);
+        full_screen.draw();
+    }
+}
+
+/// What every method is compiled for.
+fn defines(settings: &Settings, variant: Variant) -> Defines {
+    let mut directions = String::new();
+    for [x, y] in tile::directions(settings.directions) {
+        let separator = if directions.is_empty() { "" } else { ", " };
+        let _ = write!(directions, "{separator}vec2({:?}, {:?})", x as f32, y as f32);
+    }
+    let mut defines = depth_defines(variant.depth)
+        .value("N_D", settings.directions)
+        .value("N_S", settings.steps)
+        .value("DIRECTIONS", directions)
+        .word("ATTENUATION", settings.attenuation.name())
+        .word("JITTER", settings.jitter.name());
+    for (name, on) in [
+        ("NORMALS_RECTANGLE", variant.normals == TextureTarget::Rectangle),
+        ("NORMALS_BIASED", variant.encoding == NormalEncoding::Biased),
+        ("ORTHOGRAPHIC", variant.orthographic),
+        ("FLOOR", variant.floor),
+    ] {
+        if on {
+            defines = defines.value(name, 1);
+        }
+    }
+    defines
+}
+
+/// How samples are brought to texel centres and to the image, for the methods that share HBAO's.
+pub(super) fn sampling(settings: &Settings, defines: Defines) -> Defines {
+    defines.word("SNAP", settings.snap.name()).word("CLAMP", settings.clamp.name())
+}
+
+/// Whether the tangent is raised.
+pub(super) fn bias(settings: &Settings, defines: Defines) -> Defines {
+    if settings.bias > 0.0 { defines.value("BIAS", 1) } else { defines }
+}
