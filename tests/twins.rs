@@ -55,7 +55,7 @@ fn cases() -> Vec<Case> {
     let shots = scenes::all();
     let case = |i: usize| {
         let shot = shots[i % shots.len()].clone();
-        let shot = if i / shots.len() % 2 == 0 { shot } else { shot.orthographic() };
+        let shot = if (i / shots.len()).is_multiple_of(2) { shot } else { shot.orthographic() };
         // Far below a texel or so, the usual, and beyond the scene.
         let radius = shot.radius * draw.one(&[0.03, 0.5, 1.0, 1.0, 100.0]);
         let settings = Settings {
