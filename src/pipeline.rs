@@ -17,6 +17,8 @@ use std::sync::Arc;
 /// What a pipeline is to do beside ambient occlusion itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Request {
+    /// Stop at depth, normals and colour: no ambient occlusion, and nothing that needs it.
+    pub gbuffer_only: bool,
     /// Make the final image, with ambient occlusion applied so.
     pub composite: Option<Apply>,
     /// Keep ambient occlusion as it was before the blur.
@@ -42,7 +44,7 @@ pub struct Pipeline {
     request: Request,
     size: (u32, u32),
     targets: Targets,
-    ao: AmbientOcclusion,
+    ao: Option<AmbientOcclusion>,
     composite: Option<(Composite, Texture, Target)>,
     full_screen: FullScreen,
     raw: Option<Image<f32>>,
@@ -61,16 +63,18 @@ impl Pipeline {
         settings: &Settings,
         request: Request,
     ) -> Result<Pipeline, Error> {
-        let ao = AmbientOcclusion::new(gl.clone(), size, settings)?;
+        settings.validate()?;
+        gl::check_size(gl, size.0, size.1)?;
+        let ao = if request.gbuffer_only { None } else { Some(AmbientOcclusion::new(gl.clone(), size, settings)?) };
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, &mut notices)?;
         let composite = match request.composite {
-            None => None,
-            Some(apply) => {
+            Some(apply) if ao.is_some() => {
                 let image = Texture::new(gl, "composite", Format::Rgba8, size.0, size.1)?;
                 let target = Target::new(gl, "composite", &[&image], None, size)?;
                 Some((Composite::new(gl, apply)?, image, target))
             }
+            _ => None,
         };
         Ok(Pipeline {
             gl: gl.clone(),
@@ -119,17 +123,18 @@ impl Pipeline {
         gl::check(gl, "gbuffer")?;
 
         let inputs = self.inputs(camera);
-        let mut raw = self.request.raw.then(|| Image::filled(0, 0, 0.0));
-        self.ao.run(&inputs, &mut self.timers, raw.as_mut())?;
-        self.raw = raw;
-
-        if let Some((composite, _, target)) = &self.composite {
-            self.timers.pass("composite", || {
-                target.bind();
-                composite.draw(&self.full_screen, &self.targets.colour, self.ao.texture());
-                Ok(())
-            })?;
-            gl::check(gl, "composite")?;
+        if let Some(ao) = &mut self.ao {
+            let mut raw = self.request.raw.then(|| Image::filled(0, 0, 0.0));
+            ao.run(&inputs, &mut self.timers, raw.as_mut())?;
+            self.raw = raw;
+            if let Some((composite, _, target)) = &self.composite {
+                self.timers.pass("composite", || {
+                    target.bind();
+                    composite.draw(&self.full_screen, &self.targets.colour, ao.texture());
+                    Ok(())
+                })?;
+                gl::check(&self.gl, "composite")?;
+            }
         }
         Ok(self.timers.take())
     }
@@ -183,9 +188,12 @@ impl Pipeline {
     /// Ambient occlusion after the blur, read back.
     ///
     /// # Errors
-    /// As [`Pipeline::depth`].
+    /// As [`Pipeline::depth`]; or there is none, because the G-buffer alone was asked for.
     pub fn ao(&self) -> Result<Image<f32>, Error> {
-        self.ao.image()
+        match &self.ao {
+            Some(ao) => ao.image(),
+            None => Err(Error::Usage("only the G-buffer was asked for: there is no ambient occlusion".into())),
+        }
     }
 
     /// Ambient occlusion before the blur, where it was asked for.

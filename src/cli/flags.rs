@@ -8,8 +8,8 @@ use clap::{Arg, ArgMatches, value_parser};
 use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
-use hbao::scene::{CORNELL_BOX, Lens, View};
-use hbao::settings::{KNOBS, Kind, Knob, Settings};
+use hbao::scene::{CORNELL_BOX, Camera, Lens, Scene, View};
+use hbao::settings::{KNOBS, Kind, Knob, Radius, Settings};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -31,6 +31,16 @@ pub(crate) struct Flags {
     pub(crate) notices: Vec<String>,
     file: Option<(PathBuf, String)>,
     knobs: Vec<(&'static Knob, String)>,
+}
+
+/// What the shared flags lead to.
+pub(crate) struct Opened {
+    pub(crate) scene: Scene,
+    /// The radius may still be in percent.
+    pub(crate) settings: Settings,
+    pub(crate) camera: Camera,
+    /// To be said of the camera.
+    pub(crate) notices: Vec<String>,
 }
 
 /// A flag that takes a value.
@@ -130,8 +140,18 @@ impl Flags {
         Ok(flags)
     }
 
+    /// Opens the scene, and settles camera and settings by it.
+    pub(crate) fn open(&self) -> Result<Opened, Error> {
+        let scene = Scene::open(&self.scene)?;
+        let own = Settings::default();
+        let radius = scene.radius.map_or(own.radius, Radius::Units);
+        let settings = self.settings(Settings { radius, ..own })?;
+        let (camera, notices) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
+        Ok(Opened { scene, settings, camera, notices })
+    }
+
     /// The settings file laid over `base`, and the flags over both.
-    pub(crate) fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
+    fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
         if let Some((path, text)) = &self.file {
             base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
         }

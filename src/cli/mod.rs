@@ -2,6 +2,7 @@
 //!
 //! Nothing here panics on what a flag or a file contains: each error becomes one line on stderr and an exit code.
 
+mod bench;
 mod flags;
 mod info;
 mod later;
@@ -25,6 +26,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     };
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
+        Some(("bench", matches)) => bench::run(matches),
         Some(("info", _)) => info::run(),
         // clap lets no other through.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
@@ -43,6 +45,7 @@ fn command() -> Command {
         .subcommand_required(true)
         .disable_help_subcommand(true)
         .subcommand(render::command())
+        .subcommand(bench::command())
         .subcommand(info::command())
 }
 

@@ -74,7 +74,7 @@ pub(crate) fn encode(pipeline: &Pipeline, show: Show, format: FileFormat, text: 
         }
         // One sample a pixel holds one surface: no pixel is an edge.
         Show::Edges => {
-            let edges = pipeline.ao()?.map(|_| 0);
+            let edges = pipeline.depth()?.map(|_| 0);
             match format {
                 FileFormat::Png => png::encode(&edges, text),
                 FileFormat::Exr => exr::encode(&edges.map(unit), text),

@@ -1,14 +1,14 @@
 //! `hbao render`: a scene to an image, and on request to every image on the way to it.
 
-use super::flags::{self, Flags};
+use super::flags::{self, Flags, Opened};
 use super::picture::{FileFormat, Show, encode};
 use super::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::{Outputs, exr, metadata};
-use hbao::scene::{Camera, Projection, Scene};
-use hbao::settings::{Radius, Settings};
+use hbao::scene::{Camera, Projection};
+use hbao::settings::Settings;
 use hbao::{Apply, Error, PassTime, Pipeline, Request, rotation_tile};
 use serde_json::json;
 use std::fs;
@@ -99,6 +99,7 @@ impl Wanted {
 
     fn request(&self) -> Request {
         Request {
+            gbuffer_only: !self.whole() && !matches!(self.show, Show::Final | Show::Ao | Show::AoRaw),
             composite: (self.show == Show::Final).then_some(self.apply),
             raw: self.show == Show::AoRaw || self.dump.is_some(),
             timings: self.timings.is_some(),
@@ -172,11 +173,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let made = wanted.dump.as_deref().map(MadeFolder::ensure).transpose()?;
     Outputs::check(wanted.paths())?;
 
-    let scene = Scene::open(&flags.scene)?;
-    let own = Settings::default();
-    let radius = scene.radius.map_or(own.radius, Radius::Units);
-    let settings = flags.settings(Settings { radius, ..own })?;
-    let (camera, notices) = flags.view.or(&scene.view).camera(&scene.mesh, flags.size.0, flags.size.1)?;
+    let Opened { scene, settings, camera, notices } = flags.open()?;
 
     let context = Context::open(flags.backend)?;
     say(&context.describe());
@@ -188,7 +185,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     flags.notices.iter().cloned().chain(idle).chain(notices).for_each(|notice| say(&notice));
 
     let mut resolved = settings.resolved(scene.mesh.diagonal());
-    if !wanted.whole() && !matches!(wanted.show, Show::Final | Show::Ao) {
+    if wanted.show == Show::AoRaw && !wanted.whole() {
         resolved.blur = 0; // nothing shows it
     }
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
