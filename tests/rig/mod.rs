@@ -61,7 +61,7 @@ pub fn render_applied(
     settings: &Settings,
     apply: Apply,
 ) -> Frame {
-    let request = Request { composite: Some(apply), raw: true, timings: false };
+    let request = Request { composite: Some(apply), raw: true, ..Request::default() };
     let mut pipeline = Pipeline::new(gl, size, settings, request).unwrap();
     frame(&mut pipeline, shot, size, settings)
 }
