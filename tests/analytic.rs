@@ -290,7 +290,7 @@ fn the_tile_turns_directions_and_offsets_steps_each_pixel_by_its_own_texel() {
         (1.0 - squared / 64.0) * h / squared.sqrt()
     };
     let wall = columns(0.0, &[(20, h)]);
-    let got = reference::hbao::hbao(&wall.twin_inputs(&tile), &settings).unwrap();
+    let got = reference::visibility(&wall.twin_inputs(&tile), &settings).unwrap();
     let expected = Image::from_fn(got.width, got.height, |x, y| {
         let samples: &[usize] = match (x % 4, y % 4) {
             (1, 2) => &[3, 5, 7],
@@ -305,7 +305,7 @@ fn the_tile_turns_directions_and_offsets_steps_each_pixel_by_its_own_texel() {
     let width = wall.depth.width;
     let mut wall = columns(0.0, &[]);
     wall.depth.texels[11 * width..12 * width].iter_mut().for_each(|z| *z -= h as f32);
-    let got = reference::hbao::hbao(&wall.twin_inputs(&tile), &settings).unwrap();
+    let got = reference::visibility(&wall.twin_inputs(&tile), &settings).unwrap();
     let expected = Image::from_fn(got.width, got.height, |x, y| {
         1.0 - if x % 4 == 3 && (y == 8 || y == 4) { occlusion(11 - y) } else { 0.0 }
     });
@@ -435,7 +435,7 @@ fn a_world_a_thousand_times_smaller_or_larger_looks_the_same() {
     for shot in [scenes::box_on_a_floor(), scenes::ball().orthographic()] {
         let settings = |radius: f64| Settings { blur: 9, ..rig::float_settings(radius) };
         let frame = rig::render(context.gl(), &shot, SIZE, &settings(shot.radius));
-        let ambiguous = reference::hbao::ambiguous(&frame.inputs(), &settings(shot.radius)).unwrap();
+        let ambiguous = reference::ambiguous(&frame.inputs(), &settings(shot.radius)).unwrap();
         for factor in [1e-3, 1e3] {
             let shot = shot.scaled(factor);
             let other = rig::render(context.gl(), &shot, SIZE, &settings(shot.radius));
@@ -461,7 +461,7 @@ fn a_mirrored_world_gives_the_mirrored_image() {
         let mirrored = rig::render(context.gl(), &shot.mirrored(), SIZE, &settings);
         let turned =
             |image: &Image<f32>| Image::from_fn(image.width, image.height, |x, y| image.at(image.width - 1 - x, y));
-        let ambiguous = reference::hbao::ambiguous(&frame.inputs(), &settings).unwrap();
+        let ambiguous = reference::ambiguous(&frame.inputs(), &settings).unwrap();
         let (depth, raw) = (turned(&mirrored.depth), turned(&mirrored.raw));
         let mask = Image::from_fn(raw.width, raw.height, |x, y| {
             frame.depth.at(x, y).is_finite() && depth.at(x, y).is_finite() && !ambiguous.at(x, y)
@@ -480,7 +480,7 @@ fn a_rendered_plane_is_open() {
     for shot in [scenes::tilted_plane(), scenes::tilted_plane().orthographic(), scenes::floor()] {
         let settings = Settings { normal_format: NormalFormat::Rgba16f, blur: 0, ..rig::float_settings(shot.radius) };
         let frame = rig::render(context.gl(), &shot, SIZE, &settings);
-        let twin = reference::hbao::hbao(&frame.inputs(), &settings).unwrap();
+        let twin = reference::visibility(&frame.inputs(), &settings).unwrap();
         for (who, got) in [("shader", frame.raw.map(f64::from)), ("twin", twin)] {
             hold(who, &got, &got.map(|_| 1.0), &frame.covered(), everywhere(2e-3), shot.name);
         }

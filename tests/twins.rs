@@ -7,8 +7,8 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{
-    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, KNOBS, Kind, NormalFormat, Normals,
-    Radius, Snap,
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, KNOBS, Kind, Method, NormalFormat,
+    Normals, Radius, Snap,
 };
 use hbao::{Apply, NormalEncoding, Settings, TextureTarget, rotation_tile};
 use rand_pcg::Pcg64Mcg;
@@ -47,7 +47,11 @@ impl Draw {
     }
 }
 
+/// Cases of the chapter's method.
 const CASES: usize = 64;
+/// Cases of the others, in turn.
+const OTHERS: usize = 40;
+const METHODS: [Method; 5] = [Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease, Method::None];
 
 /// Cases that cover every value of every switch, and many combinations.
 fn cases() -> Vec<Case> {
@@ -76,13 +80,15 @@ fn cases() -> Vec<Case> {
             ao_format: draw.one(&[AoFormat::R32f, AoFormat::R32f, AoFormat::R16f, AoFormat::R8]),
             normal_format: draw.one(&[NormalFormat::Rgba8Snorm, NormalFormat::Rgba16f]),
             depth_format: draw.one(&[DepthFormat::R32f, DepthFormat::R32f, DepthFormat::R16f]),
-            ..Settings::default()
+            method: if i < CASES { Method::Hbao } else { METHODS[i % METHODS.len()] },
+            rays: [1, 2, 4, 7][i % 4],
         };
         // The twin takes as long as there are samples.
-        let size = if settings.directions * settings.steps > 300 { (33, 21) } else { SIZE };
+        let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
+        let size = if settings.directions * settings.steps * rays > 300 { (33, 21) } else { SIZE };
         Case { backend: draw.one(&rig::BOTH), shot, size, settings, apply: draw.one(&[Apply::All, Apply::Ambient]) }
     };
-    (0..CASES).map(case).collect()
+    (0..CASES + OTHERS).map(case).collect()
 }
 
 fn hold_composite(frame: &Frame, case: &Case) {
@@ -148,6 +154,7 @@ fn the_cases_cover_every_value_of_every_switch() {
             ("bias", _) => ["0.0", "10.0", "45.0", "89.0"].map(String::from).to_vec(),
             ("directions", _) => ["1", "2", "3", "5", "8", "16", "64"].map(String::from).to_vec(),
             ("steps", _) => ["1", "2", "4", "8", "33", "256"].map(String::from).to_vec(),
+            ("rays", _) => ["1", "2", "4", "7"].map(String::from).to_vec(),
             ("blur", _) => ["0", "3", "9", "21", "41"].map(String::from).to_vec(),
             ("strength", _) => ["0.5", "1.0", "3.0"].map(String::from).to_vec(),
             _ => continue,

@@ -3,5 +3,110 @@
 
 pub mod blur;
 pub mod gbuffer;
-pub mod hbao;
+mod hbao;
+mod hbao_talk;
+mod microsphere;
+mod ray_march;
+mod sampling;
 pub mod trace;
+
+use crate::Error;
+use crate::image::Image;
+use crate::scene::Projection;
+use crate::settings::{Method, Settings};
+use rayon::prelude::*;
+use sampling::{EXACT, Pixel, Scene, Shift};
+use std::f64::consts::PI;
+
+/// The images that ambient occlusion is computed from, all of one size.
+#[derive(Clone, Copy)]
+pub struct Inputs<'a> {
+    /// Linear eye-space z; infinite on background.
+    pub depth: &'a Image<f32>,
+    /// Eye-space normals, of any length.
+    pub normals: &'a Image<[f32; 3]>,
+    /// The 4x4 rotation tile: cos a, sin a, b.
+    pub tile: &'a Image<[f32; 3]>,
+    /// The view's projection.
+    pub projection: Projection,
+    /// The near plane's z, for `ray-march`.
+    pub near: f64,
+}
+
+/// Visibility A in [0, 1] by the settings' method, before any blur; 1 on background.
+///
+/// # Errors
+/// A radius in percent, or images of different sizes.
+pub fn visibility(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Error> {
+    let scene = Scene::new(inputs, settings)?;
+    let Some(method) = Terms::of(settings) else { return Ok(inputs.depth.map(|_| 1.0)) };
+    Ok(image(inputs, |x, y| {
+        let Some(pixel) = scene.pixel(x, y) else { return 1.0 };
+        if method.exits_early(&pixel, EXACT) {
+            return 1.0;
+        }
+        let occlusion: f64 = (0..settings.directions).map(|k| (method.occlusion)(&scene, &pixel, k, EXACT)).sum();
+        (1.0 - method.scale * occlusion).clamp(0.0, 1.0)
+    }))
+}
+
+/// The pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative,
+/// either way and in each direction apart: where float32 may decide otherwise than float64.
+///
+/// # Errors
+/// As [`visibility`].
+pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Error> {
+    let scene = Scene::new(inputs, settings)?;
+    let Some(method) = Terms::of(settings) else { return Ok(inputs.depth.map(|_| false)) };
+    let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]
+        .map(|[rounding, comparison]| Shift { rounding, comparison });
+    Ok(image(inputs, |x, y| {
+        let Some(pixel) = scene.pixel(x, y) else { return false };
+        let exits = shifts.map(|shift| method.exits_early(&pixel, shift));
+        if exits.iter().all(|&exits| exits) {
+            return false;
+        }
+        let term = |k, shift| (method.occlusion)(&scene, &pixel, k, shift);
+        let moves: f64 = (0..settings.directions)
+            .map(|k| {
+                // Where the exit itself is in doubt, the whole occlusion is.
+                let exact = if exits.contains(&true) { 0.0 } else { term(k, EXACT) };
+                shifts.iter().map(|&shift| (term(k, shift) - exact).abs()).fold(0.0, f64::max)
+            })
+            .sum();
+        method.scale * moves > 1e-3
+    }))
+}
+
+/// A method: A = 1 - scale times the sum of its occlusion in each direction.
+struct Terms {
+    occlusion: fn(&Scene, &Pixel, u32, Shift) -> f64,
+    scale: f64,
+    /// Whether A = 1 where a step is below a texel (6.2, Variable step size).
+    early_exit: bool,
+}
+
+impl Terms {
+    /// None where A = 1 everywhere.
+    fn of(settings: &Settings) -> Option<Terms> {
+        let (strength, directions) = (settings.strength, f64::from(settings.directions));
+        let (occlusion, scale): (fn(&Scene, &Pixel, u32, Shift) -> f64, f64) = match settings.method {
+            Method::Hbao => (hbao::occlusion, strength / directions),
+            Method::HbaoTalk => (hbao_talk::occlusion, strength / directions),
+            Method::RayMarch => (ray_march::occlusion, strength / (directions * f64::from(settings.rays))),
+            Method::Microsphere | Method::Crease => (microsphere::occlusion, strength / PI),
+            Method::None => return None,
+        };
+        Some(Terms { occlusion, scale, early_exit: settings.method != Method::RayMarch })
+    }
+
+    fn exits_early(&self, pixel: &Pixel, shift: Shift) -> bool {
+        self.early_exit && pixel.step_px.min_element() < 1.0 + shift.comparison
+    }
+}
+
+fn image<T: Copy + Send>(inputs: &Inputs, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
+    let (width, height) = (inputs.depth.width, inputs.depth.height);
+    let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
+    Image { width, height, texels }
+}

@@ -42,13 +42,13 @@ impl ByHand {
         Textures::new(gl, self, target, encoding).visibility(&mut ao, self)
     }
 
-    pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::hbao::Inputs<'a> {
-        reference::hbao::Inputs { depth: &self.depth, normals: &self.normals, tile, projection: self.projection }
+    pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::Inputs<'a> {
+        reference::Inputs { depth: &self.depth, normals: &self.normals, tile, projection: self.projection, near: 0.0 }
     }
 
     /// By the float64 twins.
     pub fn by_twin(&self, settings: &Settings) -> Image<f64> {
-        let raw = reference::hbao::hbao(&self.twin_inputs(&rotation_tile(settings)), settings).unwrap();
+        let raw = reference::visibility(&self.twin_inputs(&rotation_tile(settings)), settings).unwrap();
         reference::blur::blur(&raw, &self.depth, settings).unwrap()
     }
 

@@ -35,6 +35,7 @@ pub struct Frame {
     pub composite: Image<[u8; 3]>,
     pub tile: Image<[f32; 3]>,
     pub projection: Projection,
+    pub near: f64,
     pub notices: Vec<String>,
 }
 
@@ -43,9 +44,9 @@ impl Frame {
         self.depth.map(f32::is_finite)
     }
 
-    pub fn inputs(&self) -> reference::hbao::Inputs<'_> {
-        let Frame { depth, normals, tile, projection, .. } = self;
-        reference::hbao::Inputs { depth, normals, tile, projection: *projection }
+    pub fn inputs(&self) -> reference::Inputs<'_> {
+        let Frame { depth, normals, tile, projection, near, .. } = self;
+        reference::Inputs { depth, normals, tile, projection: *projection, near: *near }
     }
 }
 
@@ -79,6 +80,7 @@ pub fn frame(pipeline: &mut Pipeline, shot: &Shot, size: (u32, u32), settings: &
         composite: pipeline.composite().unwrap().unwrap(),
         tile: rotation_tile(settings),
         projection: camera.projection,
+        near: camera.near,
         notices: pipeline.notices().to_vec(),
     }
 }

@@ -69,16 +69,11 @@ pub fn hold_raw(frame: &Frame, settings: &Settings, context: &str) -> usize {
 
 /// Visibility made from `inputs` against the twin: within the tolerance at 99.9 %, and everywhere but at pixels that
 /// the twin calls ambiguous, of which there may be 0.5 %, or two. Returns how many they are.
-pub fn hold_visibility(
-    got: &Image<f32>,
-    inputs: &reference::hbao::Inputs,
-    settings: &Settings,
-    context: &str,
-) -> usize {
+pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &Settings, context: &str) -> usize {
     let covered = inputs.depth.map(f32::is_finite);
     let pixels = covered.texels.iter().filter(|&&c| c).count();
-    let expected = reference::hbao::hbao(inputs, settings).unwrap();
-    let ambiguous = reference::hbao::ambiguous(inputs, settings).unwrap();
+    let expected = reference::visibility(inputs, settings).unwrap();
+    let ambiguous = reference::ambiguous(inputs, settings).unwrap();
     let count = ambiguous.texels.iter().filter(|&&a| a).count();
     assert!(count <= (pixels / 200).max(2), "{count} of {pixels} pixels are ambiguous\n{context}");
     let tolerance = match settings.ao_format {

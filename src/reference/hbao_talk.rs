@@ -1,0 +1,19 @@
+//! The float64 twin of `glsl/hbao_talk.frag`: horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3.
+
+use super::sampling::{Pixel, Scene, Shift};
+
+/// (sin h - sin t) W of Eq. 3 in direction k.
+pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+    let direction = scene.direction(pixel, k, shift);
+    let tangent = scene.sine_of_tangent(pixel, direction.stride);
+    // h(theta), the highest of the tangent and the samples within R, and the horizon sample's distance.
+    let (mut horizon, mut r) = (tangent, 0.0);
+    for i in 1..=scene.settings.steps {
+        let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
+        let sine = -sample.D.z / sample.D.length();
+        if scene.within(&sample, shift) && sine > horizon + shift.comparison {
+            (horizon, r) = (sine, sample.D.length());
+        }
+    }
+    (horizon - tangent) * scene.attenuation(r)
+}

@@ -1,0 +1,49 @@
+//! The float64 twin of `glsl/ray_march.frag`: rays over the hemisphere marched over the depth image, the brute force of
+//! ShaderX7 6.2.
+
+use super::sampling::{Pixel, Scene, Shift};
+use crate::scene::Projection;
+use glam::{DVec2, DVec3};
+
+/// The sum of W over the rays at azimuth j that are stopped.
+#[allow(non_snake_case)]
+pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
+    let n = pixel.n.normalize_or_zero();
+    // A frame about the normal, with b1 across the axis that n leans on less.
+    let b1 = n.cross(if n.x.abs() < 0.8 { DVec3::X } else { DVec3::Y }).normalize_or_zero();
+    let b2 = n.cross(b1);
+    let a = scene.turned(pixel, j);
+    let azimuth = a.x * b1 + a.y * b2;
+    let [_, _, b] = pixel.jitter;
+    let perspective = matches!(scene.inputs.projection, Projection::Perspective { .. });
+
+    let rays = scene.settings.rays;
+    let mut occlusion = 0.0;
+    for k in 0..rays {
+        // Uniform over the hemisphere: the zenith's cosine is uniform.
+        let cosine = (f64::from(k) + 0.5) / f64::from(rays);
+        let ray = cosine * n + (1.0 - cosine * cosine).sqrt() * azimuth;
+        // The end point E, at distance R or at the near plane.
+        let to_near = if ray.z < 0.0 { (pixel.P.z - scene.inputs.near).max(0.0) / -ray.z } else { f64::INFINITY };
+        let E = pixel.P + scene.radius.min(to_near) * ray;
+        let slope = |point: DVec3| point.truncate() / if perspective { point.z } else { 1.0 };
+        let across: DVec2 = (slope(E) - slope(pixel.P)) / scene.pixel_extent();
+        for i in 1..=scene.settings.steps {
+            let along = (b + f64::from(i)) / f64::from(scene.settings.steps + 1);
+            let taken = scene.clamped(pixel.p + shift.round(along * across)) - pixel.p;
+            let Some(sample) = scene.at(pixel, taken, taken) else { continue };
+            // The ray's own depth there: 1/z is linear in the image, z itself when orthographic.
+            let ray_z = if perspective {
+                1.0 / ((1.0 - along) / pixel.P.z + along / E.z)
+            } else {
+                (1.0 - along) * pixel.P.z + along * E.z
+            };
+            // The first texel in front of the ray stops it; those beyond R are passed over.
+            if sample.z < ray_z * (1.0 + shift.comparison) && scene.within(&sample, shift) {
+                occlusion += scene.attenuation(sample.D.length());
+                break;
+            }
+        }
+    }
+    occlusion
+}

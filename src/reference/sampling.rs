@@ -1,0 +1,213 @@
+//! What the twins of all methods share: the pixel at hand, and HBAO's samples about it, in float64. They are
+//! `glsl/shared/surface.glsl`, `sampling.glsl`, `tangent.glsl` and `attenuation.glsl`.
+//!
+//! Names follow the chapter: R, P, D, T and W are its capitals.
+#![allow(non_snake_case)]
+
+use super::Inputs;
+use crate::Error;
+use crate::scene::Projection;
+use crate::settings::{Attenuation, Clamp, Settings, Snap};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// By how much decisions are shifted, relative: for finding pixels where float32 may decide otherwise.
+#[derive(Clone, Copy)]
+pub(super) struct Shift {
+    /// Of what is rounded to whole texels.
+    pub(super) rounding: f64,
+    /// Of what a step, a distance, a depth and a sine are compared with.
+    pub(super) comparison: f64,
+}
+
+pub(super) const EXACT: Shift = Shift { rounding: 0.0, comparison: 0.0 };
+
+impl Shift {
+    /// To whole texels.
+    pub(super) fn round(self, offset: DVec2) -> DVec2 {
+        (offset * (1.0 + self.rounding) + 0.5).floor()
+    }
+}
+
+/// What is known of a pixel before any direction is looked into.
+pub(super) struct Pixel {
+    /// In the window: a texel's centre.
+    pub(super) p: DVec2,
+    pub(super) P: DVec3,
+    /// The direction of the ray through p.
+    pub(super) r: DVec3,
+    /// The normal, of any length, turned to the eye.
+    pub(super) n: DVec3,
+    /// The step between two samples, in texels.
+    pub(super) step_px: DVec2,
+    /// cos a, sin a, b.
+    pub(super) jitter: [f64; 3],
+}
+
+/// One sample that lies on a surface, and not on P's own texel.
+pub(super) struct Sample {
+    /// S - P.
+    pub(super) D: DVec3,
+    /// Its depth.
+    pub(super) z: f64,
+    /// The texel read, less P's own.
+    pub(super) taken: DVec2,
+}
+
+/// One direction about a pixel.
+pub(super) struct Direction {
+    exact_stride: DVec2,
+    /// From a sample to the next, in texels; rounded where the step is.
+    pub(super) stride: DVec2,
+    first: DVec2,
+    b: f64,
+}
+
+/// A method's inputs and settings.
+pub(super) struct Scene<'a> {
+    pub(super) inputs: &'a Inputs<'a>,
+    pub(super) settings: &'a Settings,
+    /// R, scene units.
+    pub(super) radius: f64,
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(inputs: &'a Inputs, settings: &'a Settings) -> Result<Scene<'a>, Error> {
+        let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
+        if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
+            return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
+        }
+        Ok(Scene { inputs, settings, radius: settings.radius_units()? })
+    }
+
+    /// None on background.
+    pub(super) fn pixel(&self, x: usize, y: usize) -> Option<Pixel> {
+        let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let z = f64::from(self.inputs.depth.at(x, y));
+        if z.is_infinite() {
+            return None;
+        }
+        let r = self.ray(p);
+        let n = DVec3::from(self.inputs.normals.at(x, y).map(f64::from));
+        Some(Pixel {
+            p,
+            P: self.position(p, z),
+            r,
+            // The tangent plane is the same for n and -n.
+            n: if n.dot(r) > 0.0 { -n } else { n },
+            // R in texels, divided into steps.
+            step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
+            jitter: self.inputs.tile.at(x % 4, y % 4).map(f64::from),
+        })
+    }
+
+    /// Eq. 6.2.10: direction k, turned by a.
+    pub(super) fn direction(&self, pixel: &Pixel, k: u32, shift: Shift) -> Direction {
+        let [_, _, b] = pixel.jitter;
+        let exact_stride = pixel.step_px * self.turned(pixel, k);
+        let snapped = self.settings.snap == Snap::Step;
+        let stride = if snapped { shift.round(exact_stride) } else { exact_stride };
+        Direction { exact_stride, stride, first: shift.round(b * exact_stride), b }
+    }
+
+    /// The unit vector at angle 2 pi k / N_d, turned by a.
+    pub(super) fn turned(&self, pixel: &Pixel, k: u32) -> DVec2 {
+        let [cos_a, sin_a, _] = pixel.jitter;
+        let theta = TAU * f64::from(k) / f64::from(self.settings.directions);
+        DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta))
+    }
+
+    /// Sample i = 1..N_s of a direction; none where it is ignored.
+    pub(super) fn sample(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Option<Sample> {
+        let s = self.settings;
+        let exact = (direction.b + f64::from(i)) * direction.exact_stride;
+        let offset = match s.snap {
+            Snap::Step => direction.first + f64::from(i) * direction.stride,
+            Snap::Sample | Snap::None => shift.round(exact),
+        };
+        let taken = self.clamped(pixel.p + offset) - pixel.p;
+        // Where the sample is taken to lie, in texels from p.
+        let at = match (s.clamp, s.snap) {
+            (Clamp::Position, _) if taken != offset => taken,
+            (_, Snap::None) => exact,
+            _ => offset,
+        };
+        self.at(pixel, taken, at)
+    }
+
+    /// The texel at `taken` from the pixel's own, as a sample that lies at `at`; none on background, and none on the
+    /// pixel's own texel.
+    pub(super) fn at(&self, pixel: &Pixel, taken: DVec2, at: DVec2) -> Option<Sample> {
+        let q = pixel.p + taken;
+        let z = f64::from(self.inputs.depth.at(q.x as usize, q.y as usize));
+        let ignored = taken == DVec2::ZERO || z.is_infinite();
+        (!ignored).then(|| Sample { D: self.position(pixel.p + at, z) - pixel.P, z, taken })
+    }
+
+    /// Within R?
+    pub(super) fn within(&self, sample: &Sample, shift: Shift) -> bool {
+        sample.D.length() <= self.radius * (1.0 + shift.comparison)
+    }
+
+    /// W(r).
+    pub(super) fn attenuation(&self, r: f64) -> f64 {
+        match self.settings.attenuation {
+            Attenuation::Quadratic => 1.0 - (r / self.radius).powi(2),
+            Attenuation::Linear => 1.0 - r / self.radius,
+            Attenuation::None => 1.0,
+        }
+    }
+
+    /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), (du, dv) that of an offset in
+    /// texels, raised by the angle bias to at most 90 degrees.
+    pub(super) fn sine_of_tangent(&self, pixel: &Pixel, offset: DVec2) -> f64 {
+        let (n, r, lateral) = (pixel.n, pixel.r, offset * self.pixel_extent());
+        // dP/dx' = z (e_x - r n.x / (n.r)), here times -(n.r) / z, which is positive and finite edge-on.
+        let derivative = |e: DVec3| -n.dot(r) * e + n.dot(e) * r;
+        let T = lateral.x * derivative(DVec3::X) + lateral.y * derivative(DVec3::Y);
+        let t = (-T.z).atan2(T.truncate().length());
+        (t + self.settings.bias).min(FRAC_PI_2).sin()
+    }
+
+    /// The point at depth z on the ray through the window position p.
+    pub(super) fn position(&self, p: DVec2, z: f64) -> DVec3 {
+        let slope = (p - 0.5 * self.size()) * self.pixel_extent();
+        match self.inputs.projection {
+            Projection::Perspective { .. } => z * slope.extend(1.0),
+            Projection::Orthographic { .. } => slope.extend(z),
+        }
+    }
+
+    /// r, the direction of the ray through p.
+    fn ray(&self, p: DVec2) -> DVec3 {
+        match self.inputs.projection {
+            Projection::Perspective { .. } => self.position(p, 1.0),
+            Projection::Orthographic { .. } => DVec3::Z,
+        }
+    }
+
+    /// What a texel adds to x' and y'.
+    pub(super) fn pixel_extent(&self) -> DVec2 {
+        2.0 * match self.inputs.projection {
+            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => DVec2::new(tan_half_fov_x, tan_half_fov_y),
+            Projection::Orthographic { half_width, half_height } => DVec2::new(half_width, half_height),
+        } / self.size()
+    }
+
+    /// R projected at depth z, in texels (Figure 6.2.11).
+    fn radius_in_texels(&self, z: f64) -> DVec2 {
+        match self.inputs.projection {
+            Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
+            Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
+        }
+    }
+
+    fn size(&self) -> DVec2 {
+        DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64)
+    }
+
+    /// The nearest texel's centre in the image.
+    pub(super) fn clamped(&self, p: DVec2) -> DVec2 {
+        p.clamp(DVec2::splat(0.5), self.size() - 0.5)
+    }
+}
