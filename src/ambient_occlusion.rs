@@ -42,6 +42,33 @@ impl Inputs {
         }
     }
 
+    /// Refuses what would be computed with and mean nothing.
+    fn check(&self, gl: &glow::Context, size: (u32, u32)) -> Result<(), Error> {
+        let (x, y) = match self.projection {
+            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => (tan_half_fov_x, tan_half_fov_y),
+            Projection::Orthographic { half_width, half_height } => (half_width, half_height),
+        };
+        if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
+            return Err(Error::Usage(format!("{:?}: both extents must be finite and above 0", self.projection)));
+        }
+        for (name, image) in [("depth", self.depth), ("normals", self.normals)] {
+            let target = image.target.gl();
+            // SAFETY: the context is current; a texture of another kind is a GL error, and nothing more.
+            let found = unsafe {
+                gl.bind_texture(target, Some(image.texture));
+                gl::check(gl, &format!("the {name} texture is not of the kind said, {:?}", image.target))?;
+                [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(|side| gl.get_tex_level_parameter_i32(target, 0, side))
+            };
+            if found.map(i64::from) != [i64::from(size.0), i64::from(size.1)] {
+                let ([width, height], (w, h)) = (found, size);
+                return Err(Error::Usage(format!(
+                    "the {name} texture has {width}x{height} texels, and ambient occlusion is set up for {w}x{h}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     fn variant(&self, floor: bool) -> Variant {
         Variant {
             orthographic: matches!(self.projection, Projection::Orthographic { .. }),
@@ -154,7 +181,7 @@ impl AmbientOcclusion {
     /// call.
     ///
     /// # Errors
-    /// What the driver refused, such as a texture that is not of the kind said.
+    /// A texture of another kind or size than said, a projection without extent, or what the driver refused.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)
@@ -178,6 +205,7 @@ impl AmbientOcclusion {
     ) -> Result<(), Error> {
         let gl = self.gl.clone();
         let _state = SavedState::save(&gl);
+        inputs.check(&gl, self.size)?;
         let programs = self.programs_for(inputs.variant(self.floor))?;
         let (programs, full_screen, surfaces) = (&self.programs[programs], &self.full_screen, &self.surfaces);
         let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };

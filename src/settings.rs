@@ -278,7 +278,7 @@ impl Settings {
     }
 
     /// Reads a settings file's text: `key = value` lines of TOML, the keys being the knobs' names. Knobs that it does
-    /// not name keep their values. A table is passed over: it holds what is no setting, such as the camera.
+    /// not name keep their values. The table `[render]` is passed over: there an image says what else it was made with.
     ///
     /// # Errors
     /// Names the key that is unknown or out of range, or the line that is no TOML.
@@ -288,7 +288,7 @@ impl Settings {
             format!("line {line}: {}", e.message().replace('\n', ", "))
         })?;
         for (key, value) in &table {
-            if value.is_table() {
+            if key == "render" && value.is_table() {
                 continue;
             }
             let Some(knob) = KNOBS.iter().find(|knob| knob.name == key) else {

@@ -24,6 +24,8 @@ const FILES: &[(&str, &[u8])] = &[
     ("unknown.toml", b"stepz = 3\n"),
     ("range.toml", b"steps = 300\n"),
     ("method.toml", b"method = \"ssao\"\n"),
+    ("table.toml", b"[settings]\nsteps = 3\n"),
+    ("point.obj", b"v 1 2 3\nf 1 1 1\n"),
     ("binary.toml", b"\x89PNG\r\n\x1a\n\x00\xff\xfe"),
     ("file", b"not a folder"),
 ];
@@ -171,6 +173,8 @@ fn settings_files_that_make_no_sense() {
         (FAILED, "--settings range.toml", "range.toml: steps: '300' is no whole number from 1 to 256"),
         (FAILED, "--settings method.toml", "method.toml: method: "),
         (FAILED, "--settings binary.toml", "binary.toml: "),
+        (FAILED, "--settings table.toml", "table.toml: unknown setting 'settings'"),
+        (FAILED, "point.obj", "point.obj: all its points coincide"),
         (FAILED, "--settings taken.png", "taken.png: "),
         #[cfg(unix)]
         (FAILED, "--settings /dev/zero", "/dev/zero: too long"),
@@ -189,7 +193,8 @@ fn outputs_that_cannot_be_written() {
         (FAILED, "-o out.png --dump none/new", "cannot write none/new"),
         (FAILED, "-o out.png --dump file", "--dump takes a folder"),
         (FAILED, "-o new/color.png --dump new", "two outputs have this name"),
-        (FAILED, "-o out.png --timings out.png", "two outputs have this name"),
+        (USAGE, "-o out.png --timings far.obj far.obj", "its name must end in .json"),
+        (USAGE, "-o out.png --timings unknown.toml", "its name must end in .json"),
         (FAILED, "-o out.png --dump new --timings none/t.json", "the folder none does not exist"),
         #[cfg(target_os = "linux")]
         (FAILED, "-o /proc/x.png", "cannot write /proc/x.png"),

@@ -14,6 +14,7 @@ use hbao::{AmbientOcclusion, Apply, NormalEncoding, TextureTarget};
 use rig::by_hand::{ByHand, Textures, orthographic, perspective};
 use rig::process::in_own_process;
 use rig::{every_switch, scenes};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -24,7 +25,9 @@ fn compiler_is_there() -> bool {
     }
     let required = std::env::var_os("HBAO_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     assert!(!required, "HBAO_REQUIRE_TOOLS is set, and there is no glslangValidator: install glslang-tools");
-    eprintln!("SKIPPED: no glslangValidator (Debian: glslang-tools), so no shader is checked against GLSL 3.30");
+    // Not by a macro, whose words the harness keeps to itself.
+    let skipped = "SKIPPED: no glslangValidator (Debian: glslang-tools), so no shader is checked against GLSL 3.30";
+    let _ = writeln!(std::io::stderr(), "{skipped}");
     false
 }
 

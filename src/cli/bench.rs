@@ -10,7 +10,6 @@ use hbao::measure::{Bench, median};
 use hbao::{Apply, Error, Pipeline, Request};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
 Times are medians over interleaved runs, by the driver's timer query where it has one, after a first run that compiles
@@ -45,13 +44,14 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             .filter(|runs| (1..=1000).contains(runs))
             .ok_or_else(|| Error::Usage(format!("--runs: '{text}' is no whole number from 1 to 1000")))?,
     };
-    let json = matches.get_one::<PathBuf>("json");
-    Outputs::check(json)?;
+    let json = flags::json_path(matches, "json")?;
+    Outputs::check(&json)?;
     let Opened { scene, settings, camera, notices } = flags.open()?;
     let settings = settings.resolved(scene.mesh.diagonal());
 
     let context = Context::open(flags.backend)?;
     let gl = context.gl();
+    context.passed_over().into_iter().for_each(say);
     say(&context.describe());
     flags.notices.iter().chain(&notices).for_each(|notice| say(notice));
     let request = Request { composite: Some(Apply::All), timings: true, ..Request::default() };
