@@ -1,8 +1,8 @@
 // Horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9. Its float64 twin is src/reference/hbao.rs.
 //
 // Compiled in: N_D, N_S, DIRECTIONS (the N_D unit vectors at angles 2 pi k / N_D), ORTHOGRAPHIC, BIAS,
-// JITTER_TILE, and one each of ATTENUATION_*, SNAP_*, CLAMP_*, GROUNDING_*. FLOOR keeps every fetch and replaces
-// what is computed from it by a sum: the least that this sampling can cost.
+// JITTER_TILE, and one each of ATTENUATION_*, SNAP_*, CLAMP_*, GROUNDING_*. FLOOR keeps every fetch
+// of depth and replaces what is computed from it by a sum: the least that this sampling can cost.
 #ifdef NORMALS_RECTANGLE
 uniform sampler2DRect normal_image;
 vec3 stored_normal(vec2 p) { return texture(normal_image, p).xyz; }
@@ -30,7 +30,7 @@ float sine_of_tangent(vec2 lateral, vec2 r, vec3 n, float facing)
     float inverse = inversesqrt(max(dot(T, T), 1e-36));
     float s = -T.z * inverse;
 #ifdef BIAS
-    float c = length(T.xy) * inverse;
+    float c = dot(T, T) > 0.0 ? length(T.xy) * inverse : 1.0;
     s = s > bias.x ? 1.0 : s * bias.x + c * bias.y;
 #endif
     return s;
@@ -81,8 +81,10 @@ void main()
         vec2 first = floor(jitter.z * stride + 0.5);
         stride = floor(stride + 0.5);
 #endif
-        // The horizon starts at the tangent, t(theta).
-        float tangent = sine_of_tangent(stride * pixel, r, n, facing);
+        // The horizon starts at the tangent, t(theta). Only the stride's direction matters, and its length may be
+        // past what can be squared.
+        vec2 unit = stride / max(abs(stride.x), abs(stride.y));
+        float tangent = sine_of_tangent(unit * pixel, r, n, facing);
         float horizon = tangent;
         float previous = 0.0;
         for (int i = 1; i <= N_S; ++i) {
@@ -118,7 +120,8 @@ void main()
             float squared = dot(D, D);
             // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
             float sine = -dz * inversesqrt(squared);
-            bool accepted = squared <= radius * radius && sine > horizon && taken != vec2(0.0);
+            bool within = squared <= radius * radius && sample_z < background;
+            bool accepted = within && sine > horizon && taken != vec2(0.0);
             // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
 #ifdef GROUNDING_SAMPLE
             tangent = sine_of_tangent(taken * pixel, r, n, facing);

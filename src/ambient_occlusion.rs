@@ -80,6 +80,18 @@ impl Inputs {
     }
 }
 
+/// Where errors come from that the application made and did not ask for: they would read as ours.
+const PENDING: &str = "an error left by the application before ambient occlusion";
+
+/// The blur's passes, by the names that they are timed under.
+fn kernels(settings: &Settings) -> &'static [(&'static str, Kernel)] {
+    match (settings.blur, settings.blur_kernel) {
+        (0, _) => &[],
+        (_, BlurKernel::Separable) => &[("blur_x", Kernel::X), ("blur_y", Kernel::Y)],
+        (_, BlurKernel::Full) => &[("blur_full", Kernel::Full)],
+    }
+}
+
 /// A texture and the framebuffer that draws into it.
 struct Surface {
     texture: Texture,
@@ -124,8 +136,8 @@ impl AmbientOcclusion {
         AmbientOcclusion::build(gl, size, settings, false)
     }
 
-    /// The least that the same sampling can cost, for measuring: the same shader with every fetch, in which what is
-    /// computed after each one is replaced by a sum. What it renders means nothing.
+    /// The least that the same sampling can cost, for measuring: the same shader with every fetch of depth, in which
+    /// what is computed after each one is replaced by a sum. What it renders means nothing.
     ///
     /// # Errors
     /// As [`AmbientOcclusion::new`].
@@ -144,6 +156,7 @@ impl AmbientOcclusion {
         floor: bool,
     ) -> Result<AmbientOcclusion, Error> {
         settings.validate()?;
+        gl::check(&gl, PENDING)?;
         gl::check_size(&gl, size.0, size.1)?;
         let format = match settings.ao_format {
             AoFormat::R8 => Format::R8,
@@ -187,7 +200,7 @@ impl AmbientOcclusion {
         self.render_timed(inputs, &mut timers)
     }
 
-    /// [`AmbientOcclusion::render`], with each pass timed.
+    /// [`AmbientOcclusion::render`], with each pass timed. No query of elapsed time may be under way.
     ///
     /// # Errors
     /// As there.
@@ -204,25 +217,22 @@ impl AmbientOcclusion {
         raw: Option<&mut Image<f32>>,
     ) -> Result<(), Error> {
         let gl = self.gl.clone();
+        gl::check(&gl, PENDING)?;
         let _state = SavedState::save(&gl);
         inputs.check(&gl, self.size)?;
         let programs = self.programs_for(inputs.variant(self.floor))?;
         let (programs, full_screen, surfaces) = (&self.programs[programs], &self.full_screen, &self.surfaces);
         let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };
 
-        // Background is 1 from the start: the stencil keeps every pass away from it.
-        // SAFETY: the context is current.
-        unsafe {
-            gl.stencil_mask(0xff);
-            for surface in surfaces {
-                surface.target.bind();
-                gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
-            }
-        }
-        surfaces[0].target.bind();
         timers.pass("background", || {
             // SAFETY: the context is current.
             unsafe {
+                // Background is 1 from the start: the stencil keeps every pass away from it.
+                for surface in surfaces.iter().rev() {
+                    surface.target.bind();
+                    gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
+                }
+                gl.stencil_mask(0xff);
                 gl.clear_buffer_i32_slice(glow::STENCIL, 0, &[0]);
                 gl.enable(glow::STENCIL_TEST);
                 gl.stencil_func(glow::ALWAYS, 1, 0xff);
@@ -265,12 +275,8 @@ impl AmbientOcclusion {
     }
 
     fn result(&self) -> &Surface {
-        let passes = match (self.settings.blur, self.settings.blur_kernel) {
-            (0, _) => 0,
-            (_, BlurKernel::Full) => 1,
-            (_, BlurKernel::Separable) => 2,
-        };
-        &self.surfaces[passes % 2]
+        // Each blur pass goes from one surface to the other.
+        &self.surfaces[kernels(&self.settings).len() % 2]
     }
 
     fn read(&self, surface: &Surface) -> Result<Image<f32>, Error> {
@@ -283,17 +289,12 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.variant == variant) {
             return Ok(found);
         }
-        let kernels: &[_] = match (self.settings.blur, self.settings.blur_kernel) {
-            (0, _) => &[],
-            (_, BlurKernel::Separable) => &[("blur_x", Kernel::X), ("blur_y", Kernel::Y)],
-            (_, BlurKernel::Full) => &[("blur_full", Kernel::Full)],
-        };
         let blur = |&(name, kernel)| Ok((name, Blur::new(&self.gl, kernel, self.settings.blur, variant.depth)?));
         self.programs.push(Programs {
             variant,
             background: Background::new(&self.gl, variant.depth)?,
             ao: Hbao::new(&self.gl, &self.settings, variant)?,
-            blurs: kernels.iter().map(blur).collect::<Result<_, Error>>()?,
+            blurs: kernels(&self.settings).iter().map(blur).collect::<Result<_, Error>>()?,
         });
         Ok(self.programs.len() - 1)
     }

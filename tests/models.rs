@@ -57,6 +57,11 @@ fn sibenik_behind_a_column() {
 }
 
 #[test]
+fn sibenik_from_the_choir() {
+    hold_model("sibenik.obj", dvec3(14.0, -12.5, 0.0), dvec3(-10.0, -8.0, 0.0), 60.0);
+}
+
+#[test]
 fn dragon() {
     hold_model("dragon.obj", dvec3(-5.0, 8.0, 14.5), dvec3(0.0, 4.5, 0.0), 45.0);
 }
@@ -64,6 +69,11 @@ fn dragon() {
 #[test]
 fn sponza_in_the_courtyard() {
     hold_model("sponza.obj", dvec3(7.2, 1.6, -0.35), dvec3(-10.0, 3.2, -0.35), 60.0);
+}
+
+#[test]
+fn sponza_from_the_gallery() {
+    hold_model("sponza.obj", dvec3(-9.8, 5.6, 2.8), dvec3(8.0, 2.5, -2.0), 60.0);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Horizon-based ambient occlusion (ShaderX7 6.2) and the rotation tile that jitters it.
 
-use super::background::depth_defines;
-use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, pixel_extent};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, depth_defines, pixel_extent};
 use crate::Error;
 use crate::gl::{Defines, Format, Program, Texture, source};
 use crate::scene::Projection;
@@ -29,6 +28,9 @@ pub(crate) struct Variant {
     /// The fetch floor: every fetch, and a sum in place of what is computed from it.
     pub(crate) floor: bool,
 }
+
+/// A larger R is taken for this one: it is past every scene (positions end at 1e15), and float32 holds its square.
+const FARTHEST_RADIUS: f64 = 1e16;
 
 /// The pass.
 pub(crate) struct Hbao {
@@ -70,7 +72,7 @@ impl Hbao {
             .unit("normal_image", 1)
             .unit("tile", 2)
             .vec2("pixel", pixel_extent(projection, depth.size))
-            .float("radius", radius)
+            .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
             .vec2("bias", [settings.bias.cos(), settings.bias.sin()]);
         full_screen.draw();
