@@ -21,12 +21,15 @@ void main()
     // The triangle's plane, by derivatives within it, turned towards the eye.
 #ifdef ORTHOGRAPHIC
     vec3 r = vec3(0.0, 0.0, 1.0);
+    float footprint = pixel.y;
     vec2 off_ray = position.xy - slope(gl_FragCoord.xy);
 #else
     vec3 r = vec3(slope(gl_FragCoord.xy), 1.0);
+    float footprint = position.z * pixel.y;
     vec2 off_ray = position.xy - position.z * r.xy;
 #endif
-    vec3 plane = cross(dFdx(position), dFdy(position));
+    // In units of a pixel's width there, so that no scale over- or underflows.
+    vec3 plane = cross(dFdx(position) / footprint, dFdy(position) / footprint);
     float squared = dot(plane, plane);
     plane = squared > 0.0 ? plane * inversesqrt(squared) : -normalize(r);
     float facing = dot(plane, r);
@@ -58,5 +61,6 @@ void main()
 #endif
     // The depth test compares what is stored. Linear in float32, it resolves a millionth of the distance everywhere,
     // whatever near is; 24 bits of z_clip / w would leave 6 % at the far end of a near/far ratio of 1e-6.
-    gl_FragDepth = z / near_far.y;
+    // Below 1, the cleared buffer's, at the far plane itself.
+    gl_FragDepth = z / near_far.y * 0.9999998;
 }

@@ -1,7 +1,7 @@
 // Horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9. Its float64 twin is src/reference/hbao.rs.
 //
 // Compiled in, beside what the shared pieces say: BIAS, and one each of ATTENUATION_*, GROUNDING_*. FLOOR keeps every
-// fetch and replaces what is computed from it by a sum: the least that this sampling can cost.
+// fetch of depth and replaces what is computed from it by a sum: the least that this sampling can cost.
 out float out_0;
 
 void main()
@@ -17,7 +17,7 @@ void main()
     for (int k = 0; k < N_D; ++k) {
         Direction d = direction(k, step_px, s.jitter);
         // The horizon starts at the tangent, t(theta).
-        float tangent = sine_of_tangent(s, d.stride * pixel);
+        float tangent = sine_of_tangent(s, along(d) * pixel);
         float horizon = tangent;
         float previous = 0.0;
         for (int i = 1; i <= N_S; ++i) {
@@ -27,7 +27,7 @@ void main()
 #else
             // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
             float sine = -S.D.z * inversesqrt(S.squared);
-            bool accepted = S.squared <= radius * radius && sine > horizon && S.taken != vec2(0.0);
+            bool accepted = within(S) && sine > horizon;
             // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
 #ifdef GROUNDING_SAMPLE
             tangent = sine_of_tangent(s, S.taken * pixel);

@@ -14,7 +14,7 @@ void main()
     float occlusion = 0.0;
     for (int k = 0; k < N_D; ++k) {
         Direction d = direction(k, step_px, s.jitter);
-        float tangent = sine_of_tangent(s, d.stride * pixel);
+        float tangent = sine_of_tangent(s, along(d) * pixel);
         // h(theta), the highest of the tangent and the samples within R, and the horizon sample's |D|^2.
         float horizon = tangent;
         float squared = 0.0;
@@ -24,7 +24,7 @@ void main()
             occlusion += S.z;
 #else
             float sine = -S.D.z * inversesqrt(S.squared);
-            bool higher = S.squared <= radius * radius && sine > horizon && S.taken != vec2(0.0);
+            bool higher = within(S) && sine > horizon;
             horizon = higher ? sine : horizon;
             squared = higher ? S.squared : squared;
 #endif

@@ -42,8 +42,7 @@ void main()
             float m = 2.0 * PI * (s.jitter.z + float(i)) * step_px.x * step_px.y / float(N_D);
             float solid_angles = m * 2.0 * PI * cap;
 #endif
-            bool within = S.squared <= radius * radius && S.taken != vec2(0.0);
-            occlusion += within ? solid_angles * max(0.0, dot(n, S.D) * inverse) : 0.0;
+            occlusion += within(S) ? solid_angles * max(0.0, dot(n, S.D) * inverse) : 0.0;
 #endif
         }
     }

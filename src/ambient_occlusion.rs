@@ -45,6 +45,33 @@ impl Inputs {
         }
     }
 
+    /// Refuses what would be computed with and mean nothing.
+    fn check(&self, gl: &glow::Context, size: (u32, u32)) -> Result<(), Error> {
+        let (x, y) = match self.projection {
+            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => (tan_half_fov_x, tan_half_fov_y),
+            Projection::Orthographic { half_width, half_height } => (half_width, half_height),
+        };
+        if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
+            return Err(Error::Usage(format!("{:?}: both extents must be finite and above 0", self.projection)));
+        }
+        for (name, image) in [("depth", self.depth), ("normals", self.normals)] {
+            let target = image.target.gl();
+            // SAFETY: the context is current; a texture of another kind is a GL error, and nothing more.
+            let found = unsafe {
+                gl.bind_texture(target, Some(image.texture));
+                gl::check(gl, &format!("the {name} texture is not of the kind said, {:?}", image.target))?;
+                [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(|side| gl.get_tex_level_parameter_i32(target, 0, side))
+            };
+            if found.map(i64::from) != [i64::from(size.0), i64::from(size.1)] {
+                let ([width, height], (w, h)) = (found, size);
+                return Err(Error::Usage(format!(
+                    "the {name} texture has {width}x{height} texels, and ambient occlusion is set up for {w}x{h}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     fn variant(&self, floor: bool) -> Variant {
         Variant {
             orthographic: matches!(self.projection, Projection::Orthographic { .. }),
@@ -53,6 +80,18 @@ impl Inputs {
             encoding: self.normal_encoding,
             floor,
         }
+    }
+}
+
+/// Where errors come from that the application made and did not ask for: they would read as ours.
+const PENDING: &str = "an error left by the application before ambient occlusion";
+
+/// The blur's passes, by the names that they are timed under.
+fn kernels(settings: &Settings) -> &'static [(&'static str, Kernel)] {
+    match (settings.blur, settings.blur_kernel) {
+        (0, _) => &[],
+        (_, BlurKernel::Separable) => &[("blur_x", Kernel::X), ("blur_y", Kernel::Y)],
+        (_, BlurKernel::Full) => &[("blur_full", Kernel::Full)],
     }
 }
 
@@ -101,8 +140,8 @@ impl AmbientOcclusion {
         AmbientOcclusion::build(gl, size, settings, false)
     }
 
-    /// The least that the same sampling can cost, for measuring: the same shader with every fetch, in which what is
-    /// computed after each one is replaced by a sum. What it renders means nothing.
+    /// The least that the same sampling can cost, for measuring: the same shader with every fetch of depth, in which
+    /// what is computed after each one is replaced by a sum. What it renders means nothing.
     ///
     /// # Errors
     /// As [`AmbientOcclusion::new`].
@@ -121,6 +160,7 @@ impl AmbientOcclusion {
         floor: bool,
     ) -> Result<AmbientOcclusion, Error> {
         settings.validate()?;
+        gl::check(&gl, PENDING)?;
         gl::check_size(&gl, size.0, size.1)?;
         let format = match settings.ao_format {
             AoFormat::R8 => Format::R8,
@@ -158,13 +198,13 @@ impl AmbientOcclusion {
     /// call.
     ///
     /// # Errors
-    /// What the driver refused, such as a texture that is not of the kind said.
+    /// A texture of another kind or size than said, a projection without extent, or what the driver refused.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)
     }
 
-    /// [`AmbientOcclusion::render`], with each pass timed.
+    /// [`AmbientOcclusion::render`], with each pass timed. No query of elapsed time may be under way.
     ///
     /// # Errors
     /// As there.
@@ -181,30 +221,33 @@ impl AmbientOcclusion {
         raw: Option<&mut Image<f32>>,
     ) -> Result<(), Error> {
         let gl = self.gl.clone();
+        gl::check(&gl, PENDING)?;
         let _state = SavedState::save(&gl);
+        inputs.check(&gl, self.size)?;
         let programs = self.programs_for(inputs.variant(self.floor))?;
         let (programs, full_screen, surfaces) = (&self.programs[programs], &self.full_screen, &self.surfaces);
         let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };
 
         // Background is 1 from the start: the stencil keeps every pass away from it.
-        // SAFETY: the context is current.
-        unsafe {
-            gl.stencil_mask(0xff);
-            for surface in surfaces {
+        let clear = || {
+            for surface in surfaces.iter().rev() {
                 surface.target.bind();
-                gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
+                // SAFETY: the context is current.
+                unsafe { gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]) };
             }
-        }
+        };
         let Some(ao) = &programs.ao else {
+            clear();
             if let Some(raw) = raw {
                 *raw = self.read(&surfaces[0])?;
             }
             return gl::check(&gl, "ambient occlusion");
         };
-        surfaces[0].target.bind();
         timers.pass("background", || {
+            clear();
             // SAFETY: the context is current.
             unsafe {
+                gl.stencil_mask(0xff);
                 gl.clear_buffer_i32_slice(glow::STENCIL, 0, &[0]);
                 gl.enable(glow::STENCIL_TEST);
                 gl.stencil_func(glow::ALWAYS, 1, 0xff);
@@ -253,12 +296,8 @@ impl AmbientOcclusion {
     }
 
     fn result(&self) -> &Surface {
-        let passes = match (self.settings.blur, self.settings.blur_kernel) {
-            (0, _) => 0,
-            (_, BlurKernel::Full) => 1,
-            (_, BlurKernel::Separable) => 2,
-        };
-        &self.surfaces[passes % 2]
+        // Each blur pass goes from one surface to the other.
+        &self.surfaces[kernels(&self.settings).len() % 2]
     }
 
     fn read(&self, surface: &Surface) -> Result<Image<f32>, Error> {
@@ -271,17 +310,12 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.variant == variant) {
             return Ok(found);
         }
-        let kernels: &[_] = match (self.settings.blur, self.settings.blur_kernel) {
-            (0, _) => &[],
-            (_, BlurKernel::Separable) => &[("blur_x", Kernel::X), ("blur_y", Kernel::Y)],
-            (_, BlurKernel::Full) => &[("blur_full", Kernel::Full)],
-        };
         let blur = |&(name, kernel)| Ok((name, Blur::new(&self.gl, kernel, self.settings.blur, variant.depth)?));
         self.programs.push(Programs {
             variant,
             background: Background::new(&self.gl, variant.depth)?,
             ao: MethodPass::new(&self.gl, &self.settings, variant)?,
-            blurs: kernels.iter().map(blur).collect::<Result<_, Error>>()?,
+            blurs: kernels(&self.settings).iter().map(blur).collect::<Result<_, Error>>()?,
         });
         Ok(self.programs.len() - 1)
     }

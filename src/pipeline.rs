@@ -6,10 +6,10 @@ use crate::ambient_occlusion::{AmbientOcclusion, Inputs};
 use crate::gl::{self, Format, PassTime, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
-use crate::pass::gbuffer::GBuffer;
+use crate::pass::gbuffer::{self, GBuffer};
 use crate::pass::method::NormalEncoding;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen, probe};
-use crate::scene::{Camera, Mesh};
+use crate::scene::{Camera, Mesh, Projection};
 use crate::settings::{DepthFormat, NormalFormat, Settings};
 use glow::HasContext;
 use std::sync::Arc;
@@ -38,12 +38,17 @@ struct Targets {
 }
 
 /// Renders scenes with ambient occlusion, in a context that is current at every call, the drop included.
+///
+/// The context is taken to be its own, as [`crate::context::Context`] gives one: it expects OpenGL's initial state and
+/// leaves its own bindings behind. In an application's context, use [`AmbientOcclusion`].
 pub struct Pipeline {
     gl: Arc<glow::Context>,
     settings: Settings,
     request: Request,
     size: (u32, u32),
     targets: Targets,
+    /// Of the last kind of camera.
+    gbuffer: Option<GBuffer>,
     ao: Option<AmbientOcclusion>,
     composite: Option<(Composite, Texture, Target)>,
     full_screen: FullScreen,
@@ -82,6 +87,7 @@ impl Pipeline {
             request,
             size,
             targets,
+            gbuffer: None,
             ao,
             composite,
             full_screen: FullScreen::new(gl)?,
@@ -103,10 +109,19 @@ impl Pipeline {
     /// A depth that the format cannot hold, or what the driver refused.
     pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
         self.check_depth_range(camera)?;
-        let targets = &self.targets;
-        let biased = targets.encoding == NormalEncoding::Biased;
-        let gbuffer = GBuffer::new(&self.gl, mesh, camera, self.settings.normals, biased)?;
         let (gl, size, background) = (&self.gl, self.size, self.background());
+        let targets = &self.targets;
+        let variant = gbuffer::Variant {
+            normals: self.settings.normals,
+            orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
+            biased: targets.encoding == NormalEncoding::Biased,
+        };
+        let pass = match self.gbuffer.take() {
+            Some(pass) if pass.variant == variant => pass,
+            _ => GBuffer::new(&self.gl, variant)?,
+        };
+        let pass = self.gbuffer.insert(pass);
+        let triangles = pass.upload(mesh, camera)?;
         self.timers.pass("gbuffer", || {
             targets.target.bind();
             // SAFETY: the context is current, and the target bound.
@@ -117,7 +132,7 @@ impl Pipeline {
                 gl.depth_mask(true);
                 gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
             }
-            gbuffer.draw(size);
+            pass.draw(&triangles, size);
             Ok(())
         })?;
         gl::check(gl, "gbuffer")?;

@@ -50,6 +50,23 @@ choice! {
     }
 }
 
+impl Method {
+    /// Whether the method reads the knob of this name. Knobs of the G-buffer and of the output matter to all.
+    pub fn reads(self, knob: &str) -> bool {
+        let sampled = matches!(self, Method::Hbao | Method::HbaoTalk | Method::Microsphere | Method::Crease);
+        match knob {
+            "rays" => self == Method::RayMarch,
+            "grounding" => self == Method::Hbao,
+            "bias" => matches!(self, Method::Hbao | Method::HbaoTalk),
+            "attenuation" => matches!(self, Method::Hbao | Method::HbaoTalk | Method::RayMarch),
+            "snap" | "clamp" => sampled,
+            "radius" | "directions" | "steps" | "strength" | "jitter" => self != Method::None,
+            "blur" | "blur-kernel" | "blur-depth-sigma" => self != Method::None,
+            _ => true,
+        }
+    }
+}
+
 choice! {
     /// W(r), the weight of an occluder at distance r of a radius R.
     Attenuation {
@@ -300,7 +317,7 @@ impl Settings {
     }
 
     /// Reads a settings file's text: `key = value` lines of TOML, the keys being the knobs' names. Knobs that it does
-    /// not name keep their values. A table is passed over: it holds what is no setting, such as the camera.
+    /// not name keep their values. The table `[render]` is passed over: there an image says what else it was made with.
     ///
     /// # Errors
     /// Names the key that is unknown or out of range, or the line that is no TOML.
@@ -310,7 +327,7 @@ impl Settings {
             format!("line {line}: {}", e.message().replace('\n', ", "))
         })?;
         for (key, value) in &table {
-            if value.is_table() {
+            if key == "render" && value.is_table() {
                 continue;
             }
             let Some(knob) = KNOBS.iter().find(|knob| knob.name == key) else {

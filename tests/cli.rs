@@ -289,13 +289,16 @@ mod repeatable {
                      --snap sample --clamp depth --grounding direction --normals vertex --blur 5 --blur-kernel full \
                      --blur-depth-sigma 7.25 --ao-format r32f --normal-format rgba16f";
         for extension in ["png", "exr"] {
-            let [first, again, plain] = ["first", "again", "plain"].map(|name| format!("{name}.{extension}"));
+            let [first, again, straight, plain] =
+                ["first", "again", "straight", "plain"].map(|name| format!("{name}.{extension}"));
             render(folder.path(), &format!("-o {first} --show ao {given}"));
             fs::write(folder.path().join("made.toml"), settings_text(&folder.path().join(&first))).unwrap();
             render(folder.path(), &format!("-o {again} --show ao --settings made.toml"));
+            render(folder.path(), &format!("-o {straight} --show ao --settings {first}"));
             render(folder.path(), &format!("-o {plain} --show ao"));
             let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-            assert!(bytes(&first) == bytes(&again) && bytes(&first) != bytes(&plain));
+            assert!(bytes(&first) == bytes(&again) && bytes(&first) == bytes(&straight));
+            assert!(bytes(&first) != bytes(&plain));
         }
     }
 
@@ -390,7 +393,8 @@ mod settings {
             assert!(line.is_some_and(|line| line.contains(knob.help) && line.contains("default: ")), "{}", knob.name);
         }
         assert!(
-            help.contains("[1 to 64; default: 8]") && help.contains("[quadratic, linear, none; default: quadratic]")
+            help.contains("[1 to 64; default: 8]")
+                && help.contains("[quadratic, linear, none; default: quadratic; hbao-talk linear]")
         );
     }
 }

@@ -7,7 +7,7 @@ use gl_generator::{Api, Fallbacks, Profile, Registry};
 use glow::HasContext as _;
 use hbao::context::{Backend, Context};
 use hbao::scene::Projection;
-use hbao::settings::{KNOBS, Kind, Radius};
+use hbao::settings::{KNOBS, Kind, Method, Radius};
 use hbao::{Apply, Pipeline, Request, Settings};
 use rig::process::in_own_process;
 use rig::{Frame, SIZE, Shot, assert_identical, every_switch, scenes, twin};
@@ -35,7 +35,8 @@ fn assert_all_identical(got: &[Frame], expected: &[Frame], context: &str) {
         assert_identical(got, expected, &format!("{context}, settings {i}"));
         // Images of nothing would be identical too.
         let least = got.ao.texels.iter().copied().fold(1.0, f32::min);
-        assert!(least < 0.9, "settings {i}: no pixel is darker than {least}");
+        let open = every_switch()[i % every_switch().len()].method == Method::None;
+        assert!(least < 0.9 || open, "settings {i}: no pixel is darker than {least}");
     }
 }
 
@@ -48,7 +49,7 @@ fn the_settings_used_here_cover_every_switch() {
     }
     let projections = frames(Context::open(Backend::Osmesa).unwrap().gl(), false);
     let perspective = |frame: &&Frame| matches!(frame.projection, Projection::Perspective { .. });
-    assert_eq!(projections.iter().filter(perspective).count(), 3);
+    assert_eq!(projections.iter().filter(perspective).count(), every_switch().len().div_ceil(2));
 }
 
 /// Drivers give 4.5 when asked for 3.3, and nothing else would tell of a later entry point: glow panics at the call.

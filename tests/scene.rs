@@ -342,6 +342,14 @@ fn material_files_stay_inside_the_models_folder() {
         fs::write(inside.join("m.mtl"), MTL).unwrap();
         std::os::unix::fs::symlink("m.mtl", inside.join("alias.mtl")).unwrap();
         assert!(load("alias.mtl").is_ok());
+        // A folder of links to a model and its material, as some package stores make.
+        let links = folder.path().join("links");
+        fs::create_dir(&links).unwrap();
+        fs::write(&model, format!("mtllib m.mtl\n{TRIANGLE}")).unwrap();
+        for name in ["model.obj", "m.mtl"] {
+            std::os::unix::fs::symlink(inside.join(name), links.join(name)).unwrap();
+            assert!(Mesh::load_obj(&links.join("model.obj")).is_ok());
+        }
     }
 }
 

@@ -47,6 +47,6 @@ fn a_settings_file_with_an_unknown_key_or_no_toml_says_which_line_or_key() {
     let mut settings = Settings::default();
     assert!(settings.read_toml("radios = 3").unwrap_err().contains("unknown setting 'radios'"));
     assert!(settings.read_toml("steps = 3\nradius = = 4").unwrap_err().starts_with("line 2: "));
-    settings.read_toml("radius = '2%'\n[camera]\neye = 3").unwrap();
+    settings.read_toml("radius = '2%'\n[render]\neye = 3").unwrap();
     assert_eq!(settings.radius, Radius::Percent(2.0));
 }

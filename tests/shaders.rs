@@ -9,11 +9,12 @@ mod rig;
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
-use hbao::settings::Radius;
+use hbao::settings::{Method, Radius};
 use hbao::{AmbientOcclusion, Apply, NormalEncoding, TextureTarget};
 use rig::by_hand::{ByHand, Textures, orthographic, perspective};
 use rig::process::in_own_process;
 use rig::{every_switch, scenes};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -24,7 +25,9 @@ fn compiler_is_there() -> bool {
     }
     let required = std::env::var_os("HBAO_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     assert!(!required, "HBAO_REQUIRE_TOOLS is set, and there is no glslangValidator: install glslang-tools");
-    eprintln!("SKIPPED: no glslangValidator (Debian: glslang-tools), so no shader is checked against GLSL 3.30");
+    // Not by a macro, whose words the harness keeps to itself.
+    let skipped = "SKIPPED: no glslangValidator (Debian: glslang-tools), so no shader is checked against GLSL 3.30";
+    let _ = writeln!(std::io::stderr(), "{skipped}");
     false
 }
 
@@ -46,7 +49,10 @@ fn compile_everything() {
         }
     }
     for projection in [perspective(60.0, size), orthographic(1.0, size)] {
-        compile_for_textures(gl, projection, &every_switch()[0]);
+        let others = every_switch().into_iter().filter(|settings| settings.method != Method::Hbao);
+        for settings in others.chain([every_switch()[0].clone()]) {
+            compile_for_textures(gl, projection, &settings);
+        }
     }
     for (directions, steps, blur) in [(1, 1, 3), (64, 256, 41)] {
         let settings = hbao::Settings { directions, steps, blur, ..every_switch()[1].clone() };

@@ -7,7 +7,7 @@ use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Image;
 use hbao::settings::AoFormat;
-use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget};
+use hbao::{AmbientOcclusion, Format, NormalEncoding, Settings, TextureTarget, format_renders};
 use rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
 use std::collections::BTreeMap;
 
@@ -354,6 +354,27 @@ fn all_state_is_put_back_and_none_shows_in_the_result() {
             assert_same(&before, &state(gl), "drop");
         }
     }
+}
+
+/// With the caller's way to pack pixels, what is read back would be wrong, or written past its end.
+#[test]
+fn formats_are_tried_whatever_the_caller_packs() {
+    let context = Context::open(rig::BOTH[0]).unwrap();
+    let gl = context.gl();
+    let expected = Format::ALL.map(|(format, _)| format_renders(gl, format).unwrap());
+    assert!(expected.contains(&true));
+    // SAFETY: the context is current, and nothing is read by the caller.
+    unsafe {
+        gl.pixel_store_i32(glow::PACK_SKIP_PIXELS, 100_000);
+        gl.pixel_store_i32(glow::PACK_ROW_LENGTH, 77);
+        gl.bind_buffer(glow::PIXEL_PACK_BUFFER, Some(gl.create_buffer().unwrap()));
+    }
+    let packing = |gl: &glow::Context| -> BTreeMap<_, _> {
+        state(gl).into_iter().filter(|(name, _)| name.contains("PACK")).collect()
+    };
+    let before = packing(gl);
+    assert_eq!(Format::ALL.map(|(format, _)| format_renders(gl, format).unwrap()), expected);
+    assert!(before.len() > 4 && before == packing(gl));
 }
 
 /// A refusal leaves by another way out.

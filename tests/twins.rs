@@ -10,10 +10,10 @@ use hbao::settings::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, KNOBS, Kind, Method, NormalFormat,
     Normals, Radius, Snap,
 };
-use hbao::{Apply, NormalEncoding, Settings, TextureTarget, rotation_tile};
+use hbao::{AmbientOcclusion, Apply, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
-use rig::by_hand::{self, ByHand};
+use rig::by_hand::{self, ByHand, Textures};
 use rig::{Frame, SIZE, Shot, everywhere, hold, scenes, twin};
 use std::collections::BTreeSet;
 
@@ -76,7 +76,7 @@ fn cases() -> Vec<Case> {
             jitter: draw.one(&[Jitter::Tile, Jitter::Tile, Jitter::None]),
             blur: draw.one(&[0, 3, 9, 9, 21, 41]),
             blur_kernel: draw.one(&[BlurKernel::Separable, BlurKernel::Full]),
-            blur_depth_sigma: draw.one(&[None, Some(0.02 * shot.radius), Some(10.0 * shot.radius)]),
+            blur_depth_sigma: draw.one(&[None, Some(0.02 * shot.radius), Some(1e30)]),
             ao_format: draw.one(&[AoFormat::R32f, AoFormat::R32f, AoFormat::R16f, AoFormat::R8]),
             normal_format: draw.one(&[NormalFormat::Rgba8Snorm, NormalFormat::Rgba16f]),
             depth_format: draw.one(&[DepthFormat::R32f, DepthFormat::R32f, DepthFormat::R16f]),
@@ -113,15 +113,20 @@ fn hold_composite(frame: &Frame, case: &Case) {
 
 /// Every fourth case from `start`: tests run side by side.
 fn hold_cases_from(start: usize) {
+    let (mut frames, mut occluded) = (0, 0);
     for case in cases().into_iter().skip(start).step_by(4) {
         let context = Context::open(case.backend).unwrap();
         let frame = rig::render_applied(context.gl(), &case.shot, case.size, &case.settings, case.apply);
+        frames += usize::from(case.settings.method != Method::None);
+        occluded += usize::from(frame.raw.texels.iter().any(|&a| a < 0.98));
         let text = case.text();
         twin::hold_gbuffer(&frame, &case.shot, case.size, &case.settings, &text);
         twin::hold_raw(&frame, &case.settings, &text);
         twin::hold_blur(&frame, &case.settings, &text);
         hold_composite(&frame, &case);
     }
+    // A comparison of images that are 1 all over would say little.
+    assert!(occluded * 4 >= frames, "{occluded} of {frames} frames have any occlusion");
 }
 
 #[test]
@@ -169,7 +174,7 @@ fn the_cases_cover_every_value_of_every_switch() {
         let (yes, no): (Vec<&Case>, Vec<&Case>) = on_backend.partition(perspective);
         assert!(yes.len() > 8 && no.len() > 8);
     }
-    // A comparison of images that are 1 all over would say little.
+    // The formats that round say less.
     assert!(cases.iter().filter(|case| case.settings.ao_format == AoFormat::R32f).count() > CASES / 3);
 }
 
@@ -225,6 +230,45 @@ fn an_applications_own_textures_of_either_kind_and_encoding_match_the_twin() {
                 twin::hold_visibility(&got, &view.twin_inputs(&tile), &settings, &text);
             }
         }
+    }
+}
+
+#[test]
+fn depth_and_normals_may_come_in_different_kinds_of_textures() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let view = rubble(by_hand::perspective(60.0, SIZE), 5);
+    let settings = Settings { blur: 0, ..rig::float_settings(2.0) };
+    let expected = view.by_shader(context.gl(), &settings);
+    let [rectangles, flat] = [TextureTarget::Rectangle, TextureTarget::Texture2d]
+        .map(|target| Textures::new(context.gl(), &view, target, NormalEncoding::Signed));
+    for (depth, normals) in [(&rectangles, &flat), (&flat, &rectangles)] {
+        let inputs = Inputs { normals: normals.inputs.normals, ..depth.inputs };
+        let mut ao = AmbientOcclusion::new(context.gl().clone(), view.size(), &settings).unwrap();
+        let visibility = ao.render(&inputs).unwrap();
+        let got = by_hand::read_red(context.gl(), visibility, view.depth.texels.len());
+        assert_eq!(got, expected.texels);
+    }
+}
+
+#[test]
+fn inputs_of_another_kind_or_size_and_projections_without_extent_are_refused() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let view = rubble(by_hand::perspective(60.0, SIZE), 5);
+    let textures = Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed);
+    let refused = |size: (u32, u32), inputs: Inputs, part: &str| {
+        let mut ao = AmbientOcclusion::new(context.gl().clone(), size, &rig::float_settings(2.0)).unwrap();
+        let error = ao.render(&inputs).unwrap_err().to_string();
+        assert!(error.contains(part) && !error.contains('\n'), "{error}");
+        // It is not spoilt by it.
+        assert_eq!(ao.render(&textures.inputs).is_ok(), size == SIZE);
+    };
+    refused((SIZE.0 + 1, SIZE.1), textures.inputs, "the depth texture has 97x61 texels");
+    let mut flat = textures.inputs;
+    flat.normals.target = TextureTarget::Texture2d;
+    refused(SIZE, flat, "the normals texture is not of the kind said");
+    for tan_half_fov_x in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let projection = Projection::Perspective { tan_half_fov_x, tan_half_fov_y: 1.0 };
+        refused(SIZE, Inputs { projection, ..textures.inputs }, "must be finite and above 0");
     }
 }
 

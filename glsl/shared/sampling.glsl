@@ -26,6 +26,9 @@ Direction direction(int k, vec2 step_px, vec3 jitter)
     return result;
 }
 
+// Its direction alone: the stride's length may be past what can be squared.
+vec2 along(Direction d) { return d.stride / max(abs(d.stride.x), abs(d.stride.y)); }
+
 struct Sample {
     vec3 D;        // S - P
     float squared; // |D|^2
@@ -66,3 +69,6 @@ Sample sample_at(Surface s, Direction d, int i)
     result.squared = dot(result.D, result.D);
     return result;
 }
+
+// A surface within R, and not P's own texel: background may lie within R too, where R is larger than all depths.
+bool within(Sample S) { return S.squared <= radius * radius && S.z < background && S.taken != vec2(0.0); }

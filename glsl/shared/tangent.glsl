@@ -10,7 +10,7 @@ float sine_of_tangent(Surface s, vec2 lateral)
     float inverse = inversesqrt(max(dot(T, T), 1e-36));
     float sine = -T.z * inverse;
 #ifdef BIAS
-    float cosine = length(T.xy) * inverse;
+    float cosine = dot(T, T) > 0.0 ? length(T.xy) * inverse : 1.0;
     sine = sine > bias.x ? 1.0 : sine * bias.x + cosine * bias.y;
 #endif
     return sine;

@@ -10,12 +10,11 @@ use hbao::measure::{Bench, median};
 use hbao::{Apply, Error, Pipeline, Request};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
 Times are medians over interleaved runs, by the driver's timer query where it has one, after a first run that compiles
-the shaders. The floor is the AO shader with every fetch, in which the arithmetic after each is replaced by a sum. The
-machine should have nothing else to do; LP_NUM_THREADS=1 keeps llvmpipe to one thread.
+the shaders. The floor is the AO shader with every fetch of depth, in which the arithmetic after each is replaced by
+a sum. The machine should have nothing else to do; LP_NUM_THREADS=1 keeps llvmpipe to one thread.
 
 Examples:
   hbao bench
@@ -45,13 +44,14 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             .filter(|runs| (1..=1000).contains(runs))
             .ok_or_else(|| Error::Usage(format!("--runs: '{text}' is no whole number from 1 to 1000")))?,
     };
-    let json = matches.get_one::<PathBuf>("json");
-    Outputs::check(json)?;
+    let json = flags::json_path(matches, "json")?;
+    Outputs::check(&json)?;
     let Opened { scene, settings, camera, notices } = flags.open()?;
     let settings = settings.resolved(scene.mesh.diagonal());
 
     let context = Context::open(flags.backend)?;
     let gl = context.gl();
+    context.passed_over().into_iter().for_each(say);
     say(&context.describe());
     flags.notices.iter().chain(&notices).for_each(|notice| say(notice));
     let request = Request { composite: Some(Apply::All), timings: true, ..Request::default() };
@@ -75,6 +75,10 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         let (min, max) = times.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), &t| (a.min(t), b.max(t)));
         let _ = writeln!(table, "{name:<8}{:>9.1}{min:>9.1}{max:>9.1}", median(times));
     }
+    // As if no pixel left early: where the radius is small on the screen, many do, and fetch nothing.
+    let fetches = f64::from(width) * f64::from(height) * f64::from(settings.directions * settings.steps);
+    let floor_ns_per_fetch = median(&bench.floor_ms) * 1e6 / fetches;
+    let _ = writeln!(table, "floor: {floor_ns_per_fetch:.2} ns a fetch");
     let _ = writeln!(table, "ao / floor {:.2} (median of {runs} pairs)", bench.ratio());
     print(&table)?;
 
@@ -93,6 +97,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             "ao_ms": median(&bench.ao_ms),
             "floor_ms": median(&bench.floor_ms),
             "ao_to_floor": bench.ratio(),
+            "floor_ns_per_fetch": floor_ns_per_fetch,
             "blur_ms": median(&bench.blur_ms),
             "fps": 1e3 / frame_ms,
             "mpixels_per_s": f64::from(width) * f64::from(height) / median(&bench.ao_ms) / 1e3,

@@ -8,6 +8,7 @@ use clap::{Arg, ArgMatches, value_parser};
 use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
+use hbao::image::{exr, png};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Radius, Settings};
 use std::fs::File;
@@ -53,6 +54,17 @@ fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> A
     valued(name, value, help).allow_hyphen_values(true)
 }
 
+/// The path of a JSON file, or of something like /dev/stdout: no model or settings file is overwritten by mistake.
+pub(crate) fn json_path(matches: &ArgMatches, name: &str) -> Result<Option<PathBuf>, Error> {
+    let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
+    let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+    let stream = std::fs::metadata(path).is_ok_and(|existing| !existing.is_file() && !existing.is_dir());
+    if !json && !stream {
+        return Err(Error::Usage(format!("--{name} {}: its name must end in .json", path.display())));
+    }
+    Ok(Some(path.clone()))
+}
+
 /// A flag that takes a path.
 pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) -> Arg {
     Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help)
@@ -83,7 +95,11 @@ pub(crate) fn arguments() -> Vec<Arg> {
         .map(|arg| arg.help_heading("Camera")),
     );
     all.extend(KNOBS.iter().map(knob_argument));
-    let file = path("settings", "FILE.toml", "Read the settings above from a file; flags win over it");
+    let file = path(
+        "settings",
+        "FILE",
+        "Read the settings above from a TOML file, or from an image written here; flags win over it",
+    );
     all.push(file.help_heading("Settings"));
     all.extend(later::arguments());
     all.push(valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", "))));
@@ -102,6 +118,8 @@ fn knob_argument(knob: &'static Knob) -> Arg {
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
         ("blur-depth-sigma", "") => "R/4".into(),
+        ("attenuation", default) => format!("{default}; hbao-talk linear"),
+        ("snap", default) => format!("{default}; hbao-talk sample"),
         (_, default) => default.into(),
     };
     let later = if knob.name == "method" { later::methods_help() } else { String::new() };
@@ -143,9 +161,15 @@ impl Flags {
     /// Opens the scene, and settles camera and settings by it.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
         let scene = Scene::open(&self.scene)?;
-        let own = Settings::default();
+        // The defaults of some settings are the method's own.
+        let own = Settings::for_method(self.settings(Settings::default())?.method);
         let radius = scene.radius.map_or(own.radius, Radius::Units);
         let settings = self.settings(Settings { radius, ..own })?;
+        if matches!(settings.radius, Radius::Percent(_)) && scene.mesh.diagonal() == 0.0 {
+            let what =
+                "all its points coincide, so a radius in percent of its size is none: give --radius in scene units";
+            return Err(Error::Input { path: self.scene.clone().into(), what: what.into() });
+        }
         let (camera, notices) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
         Ok(Opened { scene, settings, camera, notices })
     }
@@ -208,6 +232,18 @@ fn size(text: &str) -> Result<(u32, u32), Error> {
 
 fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     let refused = |what: String| Error::Input { path: path.into(), what };
+    // An image says which settings made it.
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let texts = match extension.as_deref() {
+        Some("png") => Some(png::read_text(path)?),
+        Some("exr") => Some(exr::read_text(path)?),
+        _ => None,
+    };
+    if let Some(texts) = texts {
+        let text = texts.into_iter().find(|(keyword, _)| keyword == "hbao").map(|(_, text)| text);
+        let text = text.ok_or_else(|| refused("no settings in it: hbao did not write this image".into()))?;
+        return Ok((path.into(), text));
+    }
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(|e| refused(e.to_string()))?;
     file.take(LONGEST_SETTINGS + 1).read_to_end(&mut bytes).map_err(|e| refused(e.to_string()))?;

@@ -4,7 +4,7 @@ use super::print;
 use clap::Command;
 use glow::HasContext as _;
 use hbao::context::{Backend, Context};
-use hbao::{Error, Format, format_renders, size_limit};
+use hbao::{Error, Format, Timers, format_renders, size_limit};
 use std::fmt::Write as _;
 use std::thread;
 
@@ -59,7 +59,8 @@ fn findings(backend: Backend) -> Result<String, Error> {
     let [vendor, renderer, version, glsl] = names;
     let [texture, rectangle, renderbuffer, samples, colour_samples, depth_samples] = limits;
     let size = size_limit(gl);
-    let timer = if times(gl)? { "works" } else { "does not work: --timings has the clock's times alone" };
+    let timer =
+        if Timers::driver_has_one(gl)? { "works" } else { "does not work: --timings has the clock's times alone" };
 
     let (mut renders, mut refused) = (Vec::new(), Vec::new());
     for (format, name) in Format::ALL {
@@ -87,20 +88,4 @@ fn findings(backend: Backend) -> Result<String, Error> {
         }
     }
     Ok(text)
-}
-
-/// True where a timer query sees time pass.
-fn times(gl: &glow::Context) -> Result<bool, Error> {
-    let failed = |what| Error::Gl { place: "timer".into(), what };
-    // SAFETY: the context is current, no other query is under way, and the query is deleted when it has been read.
-    unsafe {
-        let query = gl.create_query().map_err(failed)?;
-        gl.begin_query(glow::TIME_ELAPSED, query);
-        gl.flush();
-        gl.finish();
-        gl.end_query(glow::TIME_ELAPSED);
-        let nanoseconds = gl.get_query_parameter_u64(query, glow::QUERY_RESULT);
-        gl.delete_query(query);
-        Ok(nanoseconds > 0)
-    }
 }

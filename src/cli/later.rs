@@ -3,15 +3,15 @@
 
 use clap::{Arg, ArgAction, ArgMatches};
 use hbao::Error;
+use hbao::settings::Method;
 
 /// The methods to come, beside those that [`hbao::settings::Method`] names.
-const METHODS: &[&str] = &["hbao-talk", "hbao-view", "ray-march", "ssao", "microsphere", "crease", "none"];
+const METHODS: &[&str] = &["hbao-view", "ssao"];
 
 /// What an option takes.
 enum Takes {
     Nothing,
     Word(&'static [&'static str]),
-    Count(u32, u32),
 }
 
 /// One option to come.
@@ -26,7 +26,7 @@ struct Later {
     help: &'static str,
 }
 
-const NOT_WITH_HBAO: Option<&str> = Some("with --method hbao");
+const NOT_YET_SSAO: Option<&str> = Some("without --method ssao, which is not built yet");
 
 static OPTIONS: &[Later] = &[
     Later {
@@ -54,19 +54,11 @@ static OPTIONS: &[Later] = &[
         help: "Ambient occlusion at half the width and height",
     },
     Later {
-        name: "rays",
-        value: "N",
-        takes: Takes::Count(1, 64),
-        accepted: &["4"],
-        idle: NOT_WITH_HBAO,
-        help: "N_r of ray-march, the rays at each azimuth",
-    },
-    Later {
         name: "ssao-rotation",
         value: "ROTATION",
         takes: Takes::Word(&["matrix", "mirror"]),
         accepted: &["matrix"],
-        idle: NOT_WITH_HBAO,
+        idle: NOT_YET_SSAO,
         help: "Turn the offsets of ssao, or reflect them",
     },
     Later {
@@ -74,7 +66,7 @@ static OPTIONS: &[Later] = &[
         value: "DEPTH",
         takes: Takes::Word(&["full", "half"]),
         accepted: &["full"],
-        idle: NOT_WITH_HBAO,
+        idle: NOT_YET_SSAO,
         help: "The size of the depth image that ssao reads",
     },
     Later {
@@ -82,7 +74,7 @@ static OPTIONS: &[Later] = &[
         value: "NORMALS",
         takes: Takes::Word(&["off", "on"]),
         accepted: &["off"],
-        idle: NOT_WITH_HBAO,
+        idle: NOT_YET_SSAO,
         help: "Flip the offsets of ssao into the normal's hemisphere, or not",
     },
     Later {
@@ -90,7 +82,7 @@ static OPTIONS: &[Later] = &[
         value: "N",
         takes: Takes::Word(&["8", "16", "24"]),
         accepted: &["16"],
-        idle: NOT_WITH_HBAO,
+        idle: NOT_YET_SSAO,
         help: "The samples of ssao",
     },
     Later {
@@ -98,7 +90,7 @@ static OPTIONS: &[Later] = &[
         value: "CURVE",
         takes: Takes::Word(&["on", "off"]),
         accepted: &["on"],
-        idle: NOT_WITH_HBAO,
+        idle: NOT_YET_SSAO,
         help: "The final A^2 + A of ssao, or not",
     },
 ];
@@ -110,7 +102,6 @@ pub(crate) fn arguments() -> impl Iterator<Item = Arg> {
         let takes = match option.takes {
             Takes::Nothing => return arg.action(ArgAction::SetTrue).help(option.help),
             Takes::Word(words) => words.join(", "),
-            Takes::Count(min, max) => format!("{min} to {max}"),
         };
         let today = match option.accepted {
             [only] => format!("only {only} may be given"),
@@ -129,7 +120,10 @@ pub(crate) fn methods_help() -> String {
 /// Refuses a method to come; an unknown word is left to the settings.
 pub(crate) fn check_method(method: &str) -> Result<(), Error> {
     if METHODS.contains(&method) {
-        return Err(Error::Usage(format!("--method {method} is not built yet: use hbao")));
+        return Err(Error::Usage(format!(
+            "--method {method} is not built yet: use one of {}",
+            Method::NAMES.join(", ")
+        )));
     }
     Ok(())
 }
@@ -148,10 +142,6 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<Vec<String>, Error> {
         let Some(text) = matches.get_one::<String>(name) else { continue };
         let (known, range) = match option.takes {
             Takes::Word(words) => (words.contains(&text.as_str()), format!("is none of {}", words.join(", "))),
-            Takes::Count(min, max) => (
-                text.parse::<u32>().is_ok_and(|n| (min..=max).contains(&n)),
-                format!("is no whole number from {min} to {max}"),
-            ),
             Takes::Nothing => (true, String::new()),
         };
         if !known {

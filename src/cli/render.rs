@@ -87,7 +87,7 @@ impl Wanted {
             show: flags::word("show", flags::text(matches, "show").unwrap_or("final"), &Show::NAMES)?,
             apply: flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?,
             dump: matches.get_one::<PathBuf>("dump").map(folder),
-            timings: matches.get_one::<PathBuf>("timings").cloned(),
+            timings: flags::json_path(matches, "timings")?,
         })
     }
 
@@ -115,6 +115,9 @@ impl Wanted {
     fn without_effect(&self, flag: &str, settings: &Settings) -> Option<String> {
         if flag == "apply" {
             return (self.show != Show::Final).then(|| "unless --show is final".into());
+        }
+        if !settings.method.reads(flag) {
+            return Some(format!("with --method {}", settings.method.name()));
         }
         if settings.blur == 0 && matches!(flag, "blur-kernel" | "blur-depth-sigma") {
             return Some("with --blur 0".into());
@@ -176,6 +179,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let Opened { scene, settings, camera, notices } = flags.open()?;
 
     let context = Context::open(flags.backend)?;
+    context.passed_over().into_iter().for_each(say);
     say(&context.describe());
     let apply = flags::text(matches, "apply").map(|_| "apply");
     let idle = flags
@@ -198,18 +202,19 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context);
     let text = metadata(&origin);
-    let mut outputs = Outputs::new();
-    outputs.stage(&wanted.output, &encode(&pipeline, wanted.show, wanted.format, &text)?)?;
+    // All is encoded before anything is written, so that an interrupt finds few moments with files under way.
+    let mut files = vec![(wanted.output.clone(), encode(&pipeline, wanted.show, wanted.format, &text)?)];
     if let Some(folder) = &wanted.dump {
         for (name, show) in DUMPED {
             let path = folder.join(name);
-            outputs.stage(&path, &encode(&pipeline, show, FileFormat::of(&path)?, &text)?)?;
+            let bytes = encode(&pipeline, show, FileFormat::of(&path)?, &text)?;
+            files.push((path, bytes));
         }
-        outputs.stage(folder.join(ROTATION), &exr::encode(&rotation_tile(&resolved), &text)?)?;
+        files.push((folder.join(ROTATION), exr::encode(&rotation_tile(&resolved), &text)?));
     }
-    if let Some(path) = &wanted.timings {
-        outputs.stage(path, timings(&context, flags.size, &times).as_bytes())?;
-    }
+    files.extend(wanted.timings.clone().map(|path| (path, timings(&context, flags.size, &times).into_bytes())));
+    let mut outputs = Outputs::new();
+    files.iter().try_for_each(|(path, bytes)| outputs.stage(path, bytes))?;
     outputs.commit()?;
     if let Some(made) = made {
         made.keep();

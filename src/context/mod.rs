@@ -82,6 +82,7 @@ impl FromStr for Backend {
 pub struct Context {
     gl: Arc<glow::Context>,
     platform: Platform,
+    passed_over: Option<String>,
     // Fields are dropped in this order: the platform's context must be gone before the thread may have another.
     _place: ThreadsPlace,
     // Being current is a matter between a context and one thread, so neither Send nor Sync.
@@ -108,7 +109,8 @@ impl Context {
         let mut failures = Vec::new();
         for &backend in backends {
             match Context::open(backend) {
-                Ok(context) => return Ok(context),
+                Ok(context) if failures.is_empty() => return Ok(context),
+                Ok(context) => return Ok(Context { passed_over: Some(failures.join("; ")), ..context }),
                 Err(error) => failures.push(error.to_string()),
             }
         }
@@ -120,7 +122,7 @@ impl Context {
         let platform = open()?;
         // SAFETY: the platform's context is current on this thread, and these are its own entry points.
         let gl = unsafe { glow::Context::from_loader_function_cstr(|name| platform.get_proc_address(name)) };
-        let context = Context { gl: Arc::new(gl), platform, _place: place, _stays: PhantomData };
+        let context = Context { gl: Arc::new(gl), platform, passed_over: None, _place: place, _stays: PhantomData };
         context.check_version()?;
         Ok(context)
     }
@@ -162,6 +164,11 @@ impl Context {
         let (renderer, version) =
             unsafe { (self.gl.get_parameter_string(glow::RENDERER), self.gl.get_parameter_string(glow::VERSION)) };
         format!("{}: {renderer}, OpenGL {version}", self.backend().name())
+    }
+
+    /// Why [`Backend::Auto`] passed over the backends that it tried before this one, in one line; none where it did not.
+    pub fn passed_over(&self) -> Option<&str> {
+        self.passed_over.as_deref()
     }
 
     /// The address of OpenGL's function `name`, for a loader other than glow. Null where the backend knows none; but

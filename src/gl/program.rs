@@ -38,11 +38,17 @@ impl Defines {
     }
 }
 
+/// A piece's number in `#line`. The pass's own file, the last, is 0: Mesa forgets the number within expressions, and
+/// most errors are there.
+fn number(index: usize, count: usize) -> usize {
+    (index + 1) % count
+}
+
 /// The text handed to the driver. `#line` makes errors count in the files' own lines, piece by piece.
 pub(crate) fn assemble(defines: &Defines, pieces: &[Source]) -> String {
     let mut text = format!("#version 330 core\n{}", defines.0);
-    for (number, piece) in pieces.iter().enumerate() {
-        let _ = write!(text, "#line 1 {number}\n{}", piece.text);
+    for (index, piece) in pieces.iter().enumerate() {
+        let _ = write!(text, "#line 1 {}\n{}", number(index, pieces.len()), piece.text);
     }
     text
 }
@@ -159,7 +165,8 @@ fn with_file_names(log: &str, pieces: &[Source]) -> String {
         let rest = &line[prefix.len()..];
         let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
         let number = rest[..digits].parse::<usize>().ok().filter(|_| rest[digits..].starts_with([':', '(']));
-        match number.and_then(|n| pieces.get(n)) {
+        let piece = |n| pieces.iter().enumerate().find(|&(i, _)| self::number(i, pieces.len()) == n).map(|(_, p)| p);
+        match number.and_then(piece) {
             Some(piece) => format!("{prefix}{}{}", piece.name, &rest[digits..]),
             None => line.to_string(),
         }
@@ -178,10 +185,10 @@ mod tests {
     #[test]
     fn an_error_names_the_file_and_the_line_in_it() {
         let pieces = [Source { name: "shared/a.glsl", text: "" }, Source { name: "b.frag", text: "" }];
-        assert_eq!(with_file_names("1:12(3): error: no\n", &pieces), "b.frag:12(3): error: no");
-        assert_eq!(with_file_names("0(7) : error C0", &pieces), "shared/a.glsl(7) : error C0");
+        assert_eq!(with_file_names("0:12(3): error: no\n", &pieces), "b.frag:12(3): error: no");
+        assert_eq!(with_file_names("1(7) : error C0", &pieces), "shared/a.glsl(7) : error C0");
         assert_eq!(
-            with_file_names("ERROR: 1:2: x\nERROR: 0:3: y", &pieces),
+            with_file_names("ERROR: 0:2: x\nERROR: 1:3: y", &pieces),
             "ERROR: b.frag:2: x; ERROR: shared/a.glsl:3: y"
         );
         assert_eq!(with_file_names("2 errors", &pieces), "2 errors");

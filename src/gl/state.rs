@@ -7,7 +7,7 @@ use std::sync::Arc;
 const UNITS: u32 = 3;
 
 /// Switches that the passes need off. Blending is held apart: it is a switch per draw buffer.
-const SWITCHES: [u32; 13] = [
+const SWITCHES: [u32; 21] = [
     glow::DEPTH_TEST,
     glow::STENCIL_TEST,
     glow::SCISSOR_TEST,
@@ -21,6 +21,14 @@ const SWITCHES: [u32; 13] = [
     glow::POLYGON_OFFSET_FILL,
     glow::PRIMITIVE_RESTART,
     glow::DITHER,
+    glow::CLIP_DISTANCE0,
+    glow::CLIP_DISTANCE1,
+    glow::CLIP_DISTANCE2,
+    glow::CLIP_DISTANCE3,
+    glow::CLIP_DISTANCE4,
+    glow::CLIP_DISTANCE5,
+    glow::CLIP_DISTANCE6,
+    glow::CLIP_DISTANCE7,
 ];
 
 /// The stencil parameters of one face.

@@ -136,9 +136,10 @@ impl Texture {
     /// Every texel as floats, as shaders see them, the bottom row first.
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
-        // SAFETY: the context is current, and `bytes` holds one float for each component that is written. Rows of
-        // floats are whole multiples of the default pack alignment of 4. glGetTexImage does not clamp signed values,
-        // as glReadPixels does.
+        let _packing = DefaultPacking::set(&self.gl);
+        // SAFETY: the context is current, and `bytes` holds one float for each component that is written, packed
+        // tightly: rows of floats are whole multiples of the alignment of 4. glGetTexImage does not clamp signed
+        // values, as glReadPixels does.
         unsafe {
             self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id));
             self.gl.get_tex_image(
@@ -151,6 +152,48 @@ impl Texture {
         }
         check(&self.gl, "reading a texture back")?;
         Ok(bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect())
+    }
+}
+
+const PACK: [u32; 6] = [
+    glow::PACK_ALIGNMENT,
+    glow::PACK_ROW_LENGTH,
+    glow::PACK_SKIP_PIXELS,
+    glow::PACK_SKIP_ROWS,
+    glow::PACK_SWAP_BYTES,
+    glow::PACK_LSB_FIRST,
+];
+
+/// Pixels packed as OpenGL starts out, and the caller's way to pack them put back when dropped: with another, a read
+/// back image would reach past the memory made for it.
+struct DefaultPacking<'a> {
+    gl: &'a glow::Context,
+    buffer: Option<glow::Buffer>,
+    values: [i32; PACK.len()],
+}
+
+impl DefaultPacking<'_> {
+    fn set(gl: &glow::Context) -> DefaultPacking<'_> {
+        // SAFETY: the context is current, and these are core parameters of one value.
+        unsafe {
+            let buffer = gl.get_parameter_buffer(glow::PIXEL_PACK_BUFFER_BINDING);
+            let saved = DefaultPacking { gl, buffer, values: PACK.map(|parameter| gl.get_parameter_i32(parameter)) };
+            gl.bind_buffer(glow::PIXEL_PACK_BUFFER, None);
+            PACK.into_iter()
+                .zip([4, 0, 0, 0, 0, 0])
+                .for_each(|(parameter, value)| gl.pixel_store_i32(parameter, value));
+            saved
+        }
+    }
+}
+
+impl Drop for DefaultPacking<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the context is current by the room's contract; every value was read from it.
+        unsafe {
+            PACK.into_iter().zip(self.values).for_each(|(parameter, value)| self.gl.pixel_store_i32(parameter, value));
+            self.gl.bind_buffer(glow::PIXEL_PACK_BUFFER, self.buffer);
+        }
     }
 }
 

@@ -38,6 +38,17 @@ impl Timers {
         Ok(Timers { gl: gl.clone(), on, query, times: Vec::new() })
     }
 
+    /// True where the driver's timer sees time pass. The context must be current, and no query of elapsed time under
+    /// way.
+    ///
+    /// # Errors
+    /// As [`Timers::new`].
+    pub fn driver_has_one(gl: &Arc<glow::Context>) -> Result<bool, Error> {
+        let mut timers = Timers::new(gl, true)?;
+        timers.pass("nothing", || Ok(()))?;
+        Ok(timers.take().iter().all(|time| time.gpu_ms.is_some()))
+    }
+
     /// The times of the passes run since it was last asked, in their order.
     pub fn take(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.times)
@@ -66,7 +77,6 @@ impl Timers {
             gl.finish();
             let wall_ms = start.elapsed().as_secs_f64() * 1e3;
             result?;
-            // A driver whose timer has no bits answers 0.
             let mut nanoseconds = 0u64;
             if let Some(query) = self.query {
                 // glow 0.17's get_query_parameter_u64 calls an extension's function wherever one of OpenGL 4.5 is
@@ -74,6 +84,7 @@ impl Timers {
                 let address = (&raw mut nanoseconds).expose_provenance();
                 gl.get_query_parameter_u64_with_offset(query, glow::QUERY_RESULT, address);
             }
+            // A driver whose timer has no bits answers 0.
             let gpu_ms = (nanoseconds > 0).then_some(nanoseconds as f64 / 1e6);
             self.times.push(PassTime { name, gpu_ms, wall_ms });
         }

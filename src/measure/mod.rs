@@ -2,6 +2,7 @@
 
 use crate::scene::{Camera, Mesh};
 use crate::{AmbientOcclusion, Error, PassTime, Pipeline, Settings, Timers};
+use std::ops::Add as _;
 use std::sync::Arc;
 
 /// A scene's passes timed, the AO pass against its fetch floor in interleaved pairs. Milliseconds, run by run; by the
@@ -56,7 +57,8 @@ impl Bench {
 }
 
 fn sum(times: &[PassTime], wanted: impl Fn(&str) -> bool) -> f64 {
-    times.iter().filter(|time| wanted(time.name)).map(|time| time.gpu_ms.unwrap_or(time.wall_ms)).sum()
+    // From 0, since an empty sum is -0.
+    times.iter().filter(|time| wanted(time.name)).map(|time| time.gpu_ms.unwrap_or(time.wall_ms)).fold(0.0, f64::add)
 }
 
 /// The middle of the values, or the mean of the two in the middle; NaN of none.

@@ -1,8 +1,8 @@
 //! The stencil: 1 where a pixel holds a surface, so that the passes after it skip background.
 
-use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
 use crate::Error;
-use crate::gl::{Defines, Program, source};
+use crate::gl::{Program, source};
 use std::sync::Arc;
 
 /// The pass.
@@ -21,13 +21,5 @@ impl Background {
     pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &DepthInput) {
         depth.bind(full_screen, self.program.bind(), 0);
         full_screen.draw();
-    }
-}
-
-/// What `glsl/shared/fetch.glsl` is compiled for.
-pub(super) fn depth_defines(depth: TextureTarget) -> Defines {
-    match depth {
-        TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
-        TextureTarget::Texture2d => Defines::default(),
     }
 }

@@ -1,7 +1,6 @@
 //! The cross-bilateral blur (ShaderX7 6.2), separated in X and Y or in full.
 
-use super::background::depth_defines;
-use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
 use crate::Error;
 use crate::gl::{Program, Texture, source};
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use super::{RAY, pixel_extent};
 use crate::Error;
-use crate::gl::{Defines, Program, Source, check, source};
+use crate::gl::{Defines, Program, check, source};
 use crate::scene::{Camera, Mesh, Projection};
 use crate::settings::Normals;
 use glow::HasContext;
@@ -14,10 +14,25 @@ pub(crate) const LIGHT: [f32; 3] = [-0.398_014_9, 0.597_022_3, -0.696_526_1];
 /// The share of the colour that is ambient, and the share that follows the light.
 pub(crate) const SHADING: [f64; 2] = [0.4, 0.6];
 
-/// The pass, with the triangles it draws.
+/// What the shader is compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Variant {
+    pub(crate) normals: Normals,
+    pub(crate) orthographic: bool,
+    /// Normals are stored as n/2 + 1/2.
+    pub(crate) biased: bool,
+}
+
+/// The pass.
 pub(crate) struct GBuffer {
     gl: Arc<glow::Context>,
     program: Program,
+    pub(crate) variant: Variant,
+}
+
+/// A mesh's triangles in a camera's eye space, uploaded.
+pub(crate) struct Triangles {
+    gl: Arc<glow::Context>,
     vertices: glow::VertexArray,
     buffers: Vec<glow::Buffer>,
     groups: Vec<([f32; 3], Range<usize>)>,
@@ -26,16 +41,19 @@ pub(crate) struct GBuffer {
 }
 
 impl GBuffer {
-    /// Compiles for the settings and the camera, and uploads the triangles in its eye space: transformed in float64,
-    /// so that a scene far from the origin loses nothing.
-    pub(crate) fn new(
-        gl: &Arc<glow::Context>,
-        mesh: &Mesh,
-        camera: &Camera,
-        normals: Normals,
-        biased: bool,
-    ) -> Result<GBuffer, Error> {
-        const VERTEX: Source = source!("gbuffer.vert");
+    pub(crate) fn new(gl: &Arc<glow::Context>, variant: Variant) -> Result<GBuffer, Error> {
+        let mut defines = Defines::default().word("NORMALS", variant.normals.name());
+        for (name, on) in [("ORTHOGRAPHIC", variant.orthographic), ("NORMALS_BIASED", variant.biased)] {
+            if on {
+                defines = defines.value(name, 1);
+            }
+        }
+        let program = Program::new(gl, &defines, source!("gbuffer.vert"), &[RAY, source!("gbuffer.frag")])?;
+        Ok(GBuffer { gl: gl.clone(), program, variant })
+    }
+
+    /// Transforms the triangles in float64, so that a scene far from the origin loses nothing, and uploads them.
+    pub(crate) fn upload(&self, mesh: &Mesh, camera: &Camera) -> Result<Triangles, Error> {
         // OpenGL counts indices and bytes into them in 31 bits; a triangle has 12 bytes.
         if i32::try_from(12 * mesh.triangles.len() as u64).is_err() {
             let count = mesh.triangles.len();
@@ -44,19 +62,11 @@ impl GBuffer {
                 format!("{count} triangles are more than one draw can hold: split the model"),
             ));
         }
-        let mut defines = Defines::default().word("NORMALS", normals.name());
-        if matches!(camera.projection, Projection::Orthographic { .. }) {
-            defines = defines.value("ORTHOGRAPHIC", 1);
-        }
-        if biased {
-            defines = defines.value("NORMALS_BIASED", 1);
-        }
-        let program = Program::new(gl, &defines, VERTEX, &[RAY, source!("gbuffer.frag")])?;
+        let gl = &self.gl;
         // SAFETY: the context is current.
         let vertices = unsafe { gl.create_vertex_array() }.map_err(|e| Error::gl("gbuffer", e))?;
-        let mut pass = GBuffer {
+        let mut triangles = Triangles {
             gl: gl.clone(),
-            program,
             vertices,
             buffers: Vec::new(),
             groups: mesh.groups.iter().map(|group| (group.colour, group.triangles.clone())).collect(),
@@ -65,19 +75,47 @@ impl GBuffer {
         };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };
-        let positions: Vec<u8> = bytes(mesh.positions.iter().map(|&p| camera.to_eye(p).as_vec3().to_array()));
-        pass.attribute("vertex_position", &positions)?;
-        if normals == Normals::Vertex {
+        let positions = bytes(mesh.positions.iter().map(|&p| camera.to_eye(p).as_vec3().to_array()));
+        triangles.attribute(self.program.attribute("vertex_position"), &positions)?;
+        if self.variant.normals == Normals::Vertex {
             let vertex_normals = mesh.vertex_normals();
             let normals = bytes(vertex_normals.iter().map(|&n| camera.direction_to_eye(n).as_vec3().to_array()));
-            pass.attribute("vertex_normal", &normals)?;
+            triangles.attribute(self.program.attribute("vertex_normal"), &normals)?;
         }
         let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_ne_bytes()).collect();
-        pass.buffer(glow::ELEMENT_ARRAY_BUFFER, &indices)?;
+        triangles.buffer(glow::ELEMENT_ARRAY_BUFFER, &indices)?;
         check(gl, "gbuffer: uploading the triangles")?;
-        Ok(pass)
+        Ok(triangles)
     }
 
+    /// Draws the triangles into the bound target of `size` texels, nearest first by the depth test.
+    pub(crate) fn draw(&self, triangles: &Triangles, size: (u32, u32)) {
+        let (gl, camera) = (&self.gl, &triangles.camera);
+        let program = self.program.bind();
+        program
+            .mat4("projection", &triangles.projection)
+            .vec2("size", [f64::from(size.0), f64::from(size.1)])
+            .vec2("pixel", pixel_extent(camera.projection, size))
+            .vec3("light", LIGHT)
+            .vec2("shading", SHADING)
+            .vec2("near_far", [camera.near, camera.far]);
+        // SAFETY: the context is current; the groups' ranges lie within the index buffer, by `Mesh`'s contract.
+        unsafe {
+            gl.enable(glow::DEPTH_TEST);
+            gl.depth_func(glow::LESS);
+            gl.depth_mask(true);
+            gl.bind_vertex_array(Some(triangles.vertices));
+            for (colour, range) in &triangles.groups {
+                program.vec3("diffuse", *colour);
+                let count = 3 * range.len() as i32;
+                gl.draw_elements(glow::TRIANGLES, count, glow::UNSIGNED_INT, 12 * range.start as i32);
+            }
+            gl.disable(glow::DEPTH_TEST);
+        }
+    }
+}
+
+impl Triangles {
     fn buffer(&mut self, target: u32, data: &[u8]) -> Result<(), Error> {
         // SAFETY: the context is current.
         unsafe {
@@ -90,9 +128,9 @@ impl GBuffer {
     }
 
     /// A vertex attribute of three floats.
-    fn attribute(&mut self, name: &str, data: &[u8]) -> Result<(), Error> {
+    fn attribute(&mut self, location: Option<u32>, data: &[u8]) -> Result<(), Error> {
         self.buffer(glow::ARRAY_BUFFER, data)?;
-        if let Some(location) = self.program.attribute(name) {
+        if let Some(location) = location {
             // SAFETY: the context is current, the vertex array and the buffer are bound.
             unsafe {
                 self.gl.enable_vertex_attrib_array(location);
@@ -101,35 +139,9 @@ impl GBuffer {
         }
         Ok(())
     }
-
-    /// Draws the triangles into the bound target of `size` texels, nearest first by the depth test.
-    pub(crate) fn draw(&self, size: (u32, u32)) {
-        let (gl, camera) = (&self.gl, &self.camera);
-        let program = self.program.bind();
-        program
-            .mat4("projection", &self.projection)
-            .vec2("size", [f64::from(size.0), f64::from(size.1)])
-            .vec2("pixel", pixel_extent(camera.projection, size))
-            .vec3("light", LIGHT)
-            .vec2("shading", SHADING)
-            .vec2("near_far", [camera.near, camera.far]);
-        // SAFETY: the context is current; the groups' ranges lie within the index buffer, by `Mesh`'s contract.
-        unsafe {
-            gl.enable(glow::DEPTH_TEST);
-            gl.depth_func(glow::LESS);
-            gl.depth_mask(true);
-            gl.bind_vertex_array(Some(self.vertices));
-            for (colour, triangles) in &self.groups {
-                program.vec3("diffuse", *colour);
-                let count = 3 * triangles.len() as i32;
-                gl.draw_elements(glow::TRIANGLES, count, glow::UNSIGNED_INT, 12 * triangles.start as i32);
-            }
-            gl.disable(glow::DEPTH_TEST);
-        }
-    }
 }
 
-impl Drop for GBuffer {
+impl Drop for Triangles {
     fn drop(&mut self) {
         // SAFETY: all are ours, and the context current by the contract of `gl`.
         unsafe {
@@ -145,7 +157,8 @@ fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
 
 /// Left-handed eye space to clip space, column by column: z from near to far becomes -w to w.
 fn matrix(camera: &Camera) -> [f32; 16] {
-    let (near, far) = (camera.near, camera.far);
+    // A hair apart from the planes, on which float32 might clip what lies in them; the shader clamps z to them.
+    let (near, far) = (camera.near * (1.0 - 1e-6), camera.far * (1.0 + 1e-6));
     let mut m = [0.0; 16];
     match camera.projection {
         Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {

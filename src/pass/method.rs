@@ -1,10 +1,9 @@
 //! An ambient occlusion method as a pass. The methods read the same images and the same rotation tile, and differ in
 //! their shaders: a file of its own each, here and in `glsl/`.
 
-use super::background::depth_defines;
 use super::{
-    DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, hbao, hbao_talk, microsphere,
-    pixel_extent, ray_march,
+    DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, depth_defines, hbao, hbao_talk,
+    microsphere, pixel_extent, ray_march,
 };
 use crate::Error;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
@@ -33,6 +32,9 @@ pub(crate) struct Variant {
     /// The fetch floor: every fetch, and a sum in place of what is computed from it.
     pub(crate) floor: bool,
 }
+
+/// A larger R is taken for this one: it is past every scene (positions end at 1e15), and float32 holds its square.
+const FARTHEST_RADIUS: f64 = 1e16;
 
 /// What a method's shader is made of, beside what all have.
 pub(super) struct Shader {
@@ -98,7 +100,7 @@ impl MethodPass {
             .unit("tile", 2)
             .vec2("pixel", pixel_extent(projection, depth.size))
             .float("near", near)
-            .float("radius", radius)
+            .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
             .vec2("bias", [settings.bias.cos(), settings.bias.sin()]);
         full_screen.draw();

@@ -13,7 +13,7 @@ pub(crate) mod probe;
 mod ray_march;
 
 use crate::Error;
-use crate::gl::{Program, Source, Texture, source};
+use crate::gl::{Defines, Program, Source, Texture, source};
 use crate::scene::Projection;
 use glow::HasContext;
 use std::sync::Arc;
@@ -81,6 +81,14 @@ impl DepthInput {
             .float("background", f64::from(self.background))
             .vec2("size", [width, height])
             .vec2("texel", [1.0 / width, 1.0 / height]);
+    }
+}
+
+/// What `glsl/shared/fetch.glsl` is compiled for.
+fn depth_defines(depth: TextureTarget) -> Defines {
+    match depth {
+        TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
+        TextureTarget::Texture2d => Defines::default(),
     }
 }
 

@@ -3,7 +3,6 @@
 
 use super::{BACKGROUND_R16F, BACKGROUND_R32F, FULLSCREEN, FullScreen};
 use crate::Error;
-use crate::gl::state::SavedState;
 use crate::gl::{Defines, Format, Program, Target, Texture, check, source};
 use std::sync::Arc;
 
@@ -22,12 +21,11 @@ pub(crate) fn renders(
 
 /// True where the driver renders to the format beside the G-buffer's RGBA8 and R32F, and what it then holds reads back:
 /// negative numbers where the format has them, the depth of background where it is one for depths. The context must be
-/// current; its state is put back.
+/// current and, but for how pixels are packed, in OpenGL's initial state; bindings are left behind.
 ///
 /// # Errors
 /// Where the driver refuses something else than the format.
 pub fn format_renders(gl: &Arc<glow::Context>, format: Format) -> Result<bool, Error> {
-    let _state = SavedState::save(gl);
     hold_together(gl, [Format::Rgba8, Format::R32f, format].map(|format| (format, extreme(format))))
 }
 

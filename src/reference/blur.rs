@@ -44,8 +44,8 @@ fn pass(ao: &Image<f64>, depth: &Image<f32>, sigma: f64, radius: i64, reach: [i6
                 if tap_z.is_infinite() {
                     continue;
                 }
-                let weight = (-(kx * kx + ky * ky) as f64 / (2.0 * s * s)).exp()
-                    * (-(tap_z - z).powi(2) / (2.0 * sigma * sigma)).exp();
+                let weight =
+                    (-(kx * kx + ky * ky) as f64 / (2.0 * s * s)).exp() * (-((tap_z - z) / sigma).powi(2) / 2.0).exp();
                 sum += weight * ao.at(tap_x as usize, tap_y as usize);
                 weights += weight;
             }

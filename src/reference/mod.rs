@@ -78,9 +78,12 @@ pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Er
     }))
 }
 
+/// The occlusion of a pixel in one direction.
+type Occlusion = fn(&Scene, &Pixel, u32, Shift) -> f64;
+
 /// A method: A = 1 - scale times the sum of its occlusion in each direction.
 struct Terms {
-    occlusion: fn(&Scene, &Pixel, u32, Shift) -> f64,
+    occlusion: Occlusion,
     scale: f64,
     /// Whether A = 1 where a step is below a texel (6.2, Variable step size).
     early_exit: bool,
@@ -90,7 +93,7 @@ impl Terms {
     /// None where A = 1 everywhere.
     fn of(settings: &Settings) -> Option<Terms> {
         let (strength, directions) = (settings.strength, f64::from(settings.directions));
-        let (occlusion, scale): (fn(&Scene, &Pixel, u32, Shift) -> f64, f64) = match settings.method {
+        let (occlusion, scale): (Occlusion, f64) = match settings.method {
             Method::Hbao => (hbao::occlusion, strength / directions),
             Method::HbaoTalk => (hbao_talk::occlusion, strength / directions),
             Method::RayMarch => (ray_march::occlusion, strength / (directions * f64::from(settings.rays))),

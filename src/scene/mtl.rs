@@ -52,19 +52,19 @@ fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f64; 3], Stri
 /// The MTL files that one `mtllib` statement names, checked to lie inside the model's folder.
 ///
 /// A model is often somebody else's file, and must not make us open others' files elsewhere.
-pub(super) fn libraries(folder: &Path, name: &str) -> Result<Vec<PathBuf>, String> {
+pub(super) fn libraries(folders: &[PathBuf], name: &str) -> Result<Vec<PathBuf>, String> {
     // Names hold spaces more often than statements hold several names.
     let words: Vec<&str> = name.split_whitespace().collect();
     let several = words.len() > 1 && words.iter().all(|word| word.to_ascii_lowercase().ends_with(".mtl"));
-    if several && inside(folder, name).is_err() {
-        words.iter().map(|word| inside(folder, word)).collect()
+    if several && inside(folders, name).is_err() {
+        words.iter().map(|word| inside(folders, word)).collect()
     } else {
-        Ok(vec![inside(folder, name)?])
+        Ok(vec![inside(folders, name)?])
     }
 }
 
-/// The file `name` inside `folder`, with symbolic links followed and still inside.
-fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
+/// The file `name` in the first of `folders` that has it, with symbolic links followed and still inside one of them.
+fn inside(folders: &[PathBuf], name: &str) -> Result<PathBuf, String> {
     if name.is_empty() {
         return Err("mtllib needs a file name".into());
     }
@@ -80,9 +80,13 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
         return Err(leads_out);
     }
     let missing = |e| what(&format!("cannot be read ({e}); put it beside the model or remove the mtllib line"));
-    let folder = folder.canonicalize().map_err(missing)?;
-    let file = folder.join(relative).canonicalize().map_err(missing)?;
-    if !file.starts_with(&folder) {
+    let mut found = Err(missing(std::io::ErrorKind::NotFound.into()));
+    for folder in folders.iter().rev() {
+        found = folder.join(&relative).canonicalize().map_err(missing).or(found);
+    }
+    let file = found?;
+    let real = |folder: &PathBuf| folder.canonicalize().is_ok_and(|folder| file.starts_with(folder));
+    if !folders.iter().any(real) {
         return Err(leads_out);
     }
     // Opening a pipe would wait for ever.

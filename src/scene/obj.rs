@@ -52,13 +52,17 @@ impl Mesh {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
         }
         let bytes = std::fs::read(path).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
+        // The model's folder: where it was found, and where it really lies if that is a link.
+        let folders = [Some(path.to_path_buf()), path.canonicalize().ok()].into_iter().flatten().map(|path| match path
+            .parent()
+        {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+            _ => PathBuf::from("."),
+        });
+        let folders: Vec<PathBuf> = folders.collect();
         let mut seen = HashSet::new();
         read(&bytes, path, |name| {
-            let mut files = mtl::libraries(folder, name)?;
+            let mut files = mtl::libraries(&folders, name)?;
             files.retain(|file| seen.insert(file.clone())); // some exporters repeat mtllib before each object
             let open = |file: PathBuf| match std::fs::read(&file) {
                 Ok(bytes) => Ok((file, bytes)),

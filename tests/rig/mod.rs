@@ -105,8 +105,9 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
 /// Settings that use every value of every switch, four at most at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, NormalFormat, Normals, Snap,
+        AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap,
     };
+    let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
     let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
     vec![
         base(150.0),
@@ -114,6 +115,11 @@ pub fn every_switch() -> Vec<Settings> {
         Settings { snap: Snap::None, attenuation: Attenuation::None, ao_format: AoFormat::R32f, ..base(100.0) },
         Settings { clamp: Clamp::Depth, bias: 0.3, normal_format: NormalFormat::Rgba16f, blur: 0, ..base(150.0) },
         Settings { normals: Normals::Vertex, jitter: Jitter::None, blur_kernel: BlurKernel::Full, ..base(150.0) },
+        Settings { bias: 0.3, strength: 2.0, ..method(Method::HbaoTalk, 150.0) },
+        method(Method::RayMarch, 100.0),
+        method(Method::Microsphere, 100.0),
+        method(Method::Crease, 100.0),
+        method(Method::None, 100.0),
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
     ]
 }

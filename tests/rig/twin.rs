@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use hbao::Settings;
 use hbao::image::Image;
 use hbao::reference;
-use hbao::settings::{AoFormat, DepthFormat};
+use hbao::settings::{AoFormat, DepthFormat, Method};
 
 /// Coverage, depth, normals and colours against one ray a pixel. At 99.5 % of the pixels: at a silhouette, and where
 /// triangles meet, the rasteriser's fixed-point vertices decide otherwise than the exact ones.
@@ -75,7 +75,9 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &
     let expected = reference::visibility(inputs, settings).unwrap();
     let ambiguous = reference::ambiguous(inputs, settings).unwrap();
     let count = ambiguous.texels.iter().filter(|&&a| a).count();
-    assert!(count <= (pixels / 200).max(2), "{count} of {pixels} pixels are ambiguous\n{context}");
+    // A ray is compared with every texel on its way, and low ones pass just above a floor.
+    let share = if settings.method == Method::RayMarch { 50 } else { 200 };
+    assert!(count <= (pixels / share).max(2), "{count} of {pixels} pixels are ambiguous\n{context}");
     let tolerance = match settings.ao_format {
         AoFormat::R32f => 1e-3,
         // Half a step between half floats below 1, or a whole one where the driver truncates.
