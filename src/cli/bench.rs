@@ -7,6 +7,7 @@ use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::{Bench, median};
+use hbao::settings::Method;
 use hbao::{Apply, Error, Pipeline, Request};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -48,6 +49,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Outputs::check(&json)?;
     let Opened { scene, settings, camera, notices } = flags.open()?;
     let settings = settings.resolved(scene.mesh.diagonal());
+    if settings.method == Method::None {
+        return Err(Error::Usage("--method none has no pass to time: choose another".into()));
+    }
 
     let context = Context::open(flags.backend)?;
     let gl = context.gl();
@@ -76,7 +80,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         let _ = writeln!(table, "{name:<8}{:>9.1}{min:>9.1}{max:>9.1}", median(times));
     }
     // As if no pixel left early: where the radius is small on the screen, many do, and fetch nothing.
-    let fetches = f64::from(width) * f64::from(height) * f64::from(settings.directions * settings.steps);
+    let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
+    let fetches = f64::from(width) * f64::from(height) * f64::from(settings.directions * settings.steps * rays);
     let floor_ns_per_fetch = median(&bench.floor_ms) * 1e6 / fetches;
     let _ = writeln!(table, "floor: {floor_ns_per_fetch:.2} ns a fetch");
     let _ = writeln!(table, "ao / floor {:.2} (median of {runs} pairs)", bench.ratio());
