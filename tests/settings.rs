@@ -1,6 +1,6 @@
 //! Every knob: its range, and its way through a settings file.
 
-use hbao::settings::{KNOBS, Radius, Settings};
+use hbao::settings::{Attenuation, KNOBS, Method, Radius, Settings, Snap};
 
 #[test]
 fn defaults_are_in_range_and_survive_a_settings_file() {
@@ -49,4 +49,12 @@ fn a_settings_file_with_an_unknown_key_or_no_toml_says_which_line_or_key() {
     assert!(settings.read_toml("steps = 3\nradius = = 4").unwrap_err().starts_with("line 2: "));
     settings.read_toml("radius = '2%'\n[render]\neye = 3").unwrap();
     assert_eq!(settings.radius, Radius::Percent(2.0));
+}
+
+#[test]
+fn the_talk_brings_its_own_attenuation_and_snapping() {
+    let talk = Settings::for_method(Method::HbaoTalk);
+    assert_eq!((talk.attenuation, talk.snap), (Attenuation::Linear, Snap::Sample));
+    let chapter = Settings::for_method(Method::Hbao);
+    assert_eq!(chapter, Settings::default());
 }
