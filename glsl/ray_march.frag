@@ -58,7 +58,8 @@ void main()
 #endif
                 float squared = dot(D, D);
                 // The first texel in front of the ray stops it; those beyond R are passed over.
-                bool stops = !hit && sample_z < ray_z && squared <= radius * radius && taken != vec2(0.0);
+                bool within = squared <= radius * radius && sample_z < background && taken != vec2(0.0);
+                bool stops = !hit && sample_z < ray_z && within;
                 occlusion += stops ? attenuation(squared) : 0.0;
                 hit = hit || stops;
 #endif

@@ -8,7 +8,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
 use hbao::scene::{Mesh, Projection, View};
-use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, NormalFormat, Radius, Snap};
+use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, Method, NormalFormat, Radius, Snap};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget};
 use rig::by_hand::{ByHand, Textures, orthographic, perspective, read_red, slope};
 use rig::{Limits, SIZE, everywhere, hold, scenes};
@@ -491,14 +491,16 @@ fn no_radius_makes_background_occlude() {
         }
     }
     // Where the application's background lies within R of its surfaces.
-    let settings = Settings { blur: 0, ..rig::float_settings(200.0) };
     let near = ByHand { depth: strip.depth.map(|z| if z.is_finite() { z } else { 150.0 }), ..strip };
     let textures = Textures::new(context.gl(), &near, TextureTarget::Rectangle, NormalEncoding::Signed);
-    let mut ao = AmbientOcclusion::new(context.gl().clone(), near.size(), &settings).unwrap();
     let inputs = Inputs { background: 150.0, ..textures.inputs };
-    let visibility = ao.render(&inputs).unwrap();
-    let got = read_red(context.gl(), visibility, near.depth.texels.len());
-    assert!(got.iter().all(|&a| (a - 1.0).abs() < 1e-4));
+    for method in [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease] {
+        let settings = Settings { method, snap: Snap::Step, blur: 0, ..rig::float_settings(200.0) };
+        let mut ao = AmbientOcclusion::new(context.gl().clone(), near.size(), &settings).unwrap();
+        let visibility = ao.render(&inputs).unwrap();
+        let got = read_red(context.gl(), visibility, near.depth.texels.len());
+        assert!(got.iter().all(|&a| (a - 1.0).abs() < 1e-4), "{}", method.name());
+    }
 }
 
 #[test]
