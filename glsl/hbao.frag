@@ -33,7 +33,7 @@ void main()
             tangent = sine_of_tangent(s, S.taken * pixel);
 #endif
             float rise = sine - tangent;
-            // Chosen rather than branched over: a sixth less time on llvmpipe.
+            // Chosen rather than branched over: llvmpipe takes less time so.
             occlusion += accepted ? attenuation(S.squared) * (rise - previous) : 0.0;
             previous = accepted ? rise : previous;
             horizon = accepted ? sine : horizon;

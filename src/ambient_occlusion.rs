@@ -9,7 +9,7 @@ use crate::pass::blur::{Blur, Kernel};
 use crate::pass::method::{MethodPass, NormalEncoding, Variant};
 use crate::pass::{BACKGROUND_R32F, DepthInput, FullScreen, TextureRef, TextureTarget};
 use crate::scene::Projection;
-use crate::settings::{AoFormat, BlurKernel, Settings};
+use crate::settings::{AoFormat, BlurKernel, Method, Settings};
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -28,7 +28,8 @@ pub struct Inputs {
     pub normal_encoding: NormalEncoding,
     /// The view's projection, centred.
     pub projection: Projection,
-    /// The near plane's z, at which the rays of `ray-march` end; no other method reads it.
+    /// The near plane's z, above 0, at which the rays of `ray-march` end. No other method reads it, and
+    /// [`Inputs::new`] leaves it 0.
     pub near: f64,
 }
 
@@ -89,6 +90,7 @@ const PENDING: &str = "an error left by the application before ambient occlusion
 /// The blur's passes, by the names that they are timed under.
 fn kernels(settings: &Settings) -> &'static [(&'static str, Kernel)] {
     match (settings.blur, settings.blur_kernel) {
+        _ if settings.method == Method::None => &[],
         (0, _) => &[],
         (_, BlurKernel::Separable) => &[("blur_x", Kernel::X), ("blur_y", Kernel::Y)],
         (_, BlurKernel::Full) => &[("blur_full", Kernel::Full)],
@@ -104,9 +106,8 @@ struct Surface {
 /// The programs that one kind of inputs needs.
 struct Programs {
     variant: Variant,
-    background: Background,
-    /// None where A = 1 everywhere.
-    ao: Option<MethodPass>,
+    /// The stencil, and the method that it serves; none where A = 1 everywhere.
+    ao: Option<(Background, MethodPass)>,
     /// X and Y, or the one full pass, or none.
     blurs: Vec<(&'static str, Blur)>,
 }
@@ -176,7 +177,7 @@ impl AmbientOcclusion {
             Ok(Surface { texture, target })
         };
         let mut surfaces = vec![surface("ao")?];
-        if settings.blur > 0 {
+        if !kernels(settings).is_empty() {
             surfaces.push(surface("blur")?);
         }
         Ok(AmbientOcclusion {
@@ -224,6 +225,12 @@ impl AmbientOcclusion {
         gl::check(&gl, PENDING)?;
         let _state = SavedState::save(&gl);
         inputs.check(&gl, self.size)?;
+        if self.settings.method == Method::RayMarch && (inputs.near.is_nan() || inputs.near <= 0.0) {
+            return Err(Error::Usage(format!(
+                "ray-march ends its rays at the near plane: near must be above 0, not {}",
+                inputs.near
+            )));
+        }
         let programs = self.programs_for(inputs.variant(self.floor))?;
         let (programs, full_screen, surfaces) = (&self.programs[programs], &self.full_screen, &self.surfaces);
         let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };
@@ -236,7 +243,7 @@ impl AmbientOcclusion {
                 unsafe { gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]) };
             }
         };
-        let Some(ao) = &programs.ao else {
+        let Some((background, ao)) = &programs.ao else {
             clear();
             if let Some(raw) = raw {
                 *raw = self.read(&surfaces[0])?;
@@ -253,7 +260,7 @@ impl AmbientOcclusion {
                 gl.stencil_func(glow::ALWAYS, 1, 0xff);
                 gl.stencil_op(glow::KEEP, glow::KEEP, glow::REPLACE);
                 gl.color_mask_draw_buffer(0, false, false, false, false);
-                programs.background.draw(full_screen, &depth);
+                background.draw(full_screen, &depth);
                 gl.color_mask_draw_buffer(0, true, true, true, true);
                 gl.stencil_mask(0);
                 gl.stencil_func(glow::EQUAL, 1, 0xff);
@@ -313,8 +320,10 @@ impl AmbientOcclusion {
         let blur = |&(name, kernel)| Ok((name, Blur::new(&self.gl, kernel, self.settings.blur, variant.depth)?));
         self.programs.push(Programs {
             variant,
-            background: Background::new(&self.gl, variant.depth)?,
-            ao: MethodPass::new(&self.gl, &self.settings, variant)?,
+            ao: match MethodPass::new(&self.gl, &self.settings, variant)? {
+                Some(method) => Some((Background::new(&self.gl, variant.depth)?, method)),
+                None => None,
+            },
             blurs: kernels(&self.settings).iter().map(blur).collect::<Result<_, Error>>()?,
         });
         Ok(self.programs.len() - 1)

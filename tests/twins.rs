@@ -270,6 +270,13 @@ fn inputs_of_another_kind_or_size_and_projections_without_extent_are_refused() {
         let projection = Projection::Perspective { tan_half_fov_x, tan_half_fov_y: 1.0 };
         refused(SIZE, Inputs { projection, ..textures.inputs }, "must be finite and above 0");
     }
+    let marched = Settings { method: Method::RayMarch, ..rig::float_settings(2.0) };
+    let mut ao = AmbientOcclusion::new(context.gl().clone(), SIZE, &marched).unwrap();
+    for near in [0.0, -1.0, f64::NAN] {
+        let error = ao.render(&Inputs { near, ..textures.inputs }).unwrap_err().to_string();
+        assert!(error.contains("near must be above 0"), "{error}");
+    }
+    assert!(ao.render(&textures.inputs).is_ok());
 }
 
 #[test]

@@ -8,6 +8,9 @@ use hbao::scene::Projection;
 use hbao::{AmbientOcclusion, BACKGROUND_R32F, Inputs, NormalEncoding, Settings, TextureRef, TextureTarget};
 use std::sync::Arc;
 
+/// Nearer than any of their surfaces.
+const NEAR: f64 = 0.01;
+
 /// A view of a made-up surface.
 pub struct ByHand {
     /// Infinite on background.
@@ -43,7 +46,7 @@ impl ByHand {
     }
 
     pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::Inputs<'a> {
-        reference::Inputs { depth: &self.depth, normals: &self.normals, tile, projection: self.projection, near: 0.0 }
+        reference::Inputs { depth: &self.depth, normals: &self.normals, tile, projection: self.projection, near: NEAR }
     }
 
     /// By the float64 twins.
@@ -88,7 +91,8 @@ impl Textures {
         };
         let depth = upload(glow::R32F, glow::RED, &depth);
         let normals = upload(glow::RGBA32F, glow::RGBA, &normals);
-        let inputs = Inputs { normal_encoding: encoding, ..Inputs::new(depth, normals, target, view.projection) };
+        let inputs = Inputs::new(depth, normals, target, view.projection);
+        let inputs = Inputs { normal_encoding: encoding, near: NEAR, ..inputs };
         Textures { gl: gl.clone(), inputs }
     }
 
