@@ -9,7 +9,7 @@ use crate::pass::blur::{Blur, Kernel};
 use crate::pass::method::{MethodPass, NormalEncoding, Variant};
 use crate::pass::{BACKGROUND_R32F, DepthInput, FullScreen, TextureRef, TextureTarget};
 use crate::scene::Projection;
-use crate::settings::{AoFormat, BlurKernel, Method, Settings};
+use crate::settings::{AoFormat, BlurKernel, DepthSigma, Method, Settings};
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -121,7 +121,7 @@ pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,
     radius: f64,
-    depth_sigma: f64,
+    depth_sigma: DepthSigma,
     size: (u32, u32),
     floor: bool,
     full_screen: FullScreen,
@@ -285,7 +285,7 @@ impl AmbientOcclusion {
             let (from, to) = (&surfaces[i % 2], &surfaces[(i + 1) % 2]);
             timers.pass(name, || {
                 to.target.bind();
-                blur.draw(full_screen, &from.texture, &depth, self.depth_sigma);
+                blur.draw(full_screen, &from.texture, &depth, self.depth_sigma.at(1.0));
                 Ok(())
             })?;
         }

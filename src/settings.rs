@@ -3,6 +3,10 @@
 //! The command line's flags and `--help`, the settings files (TOML) and the metadata of the images written all come
 //! from [`KNOBS`]; the passes read the typed fields of [`Settings`].
 
+mod knobs;
+
+pub use knobs::{KNOBS, Kind, Knob};
+
 use crate::Error;
 
 /// Declares an enum whose variants have names on the command line and in files.
@@ -45,6 +49,8 @@ choice! {
         Microsphere = "microsphere",
         /// Fox and Compton 2008, as 6.2 describes it: the same with one solid angle for all.
         Crease = "crease",
+        /// ShaderX7 6.1, Crysis: the share of solid among points about P.
+        Ssao = "ssao",
         /// A = 1 everywhere: the 'No AO' rows of Table 6.2.1.
         None = "none",
     }
@@ -60,8 +66,11 @@ impl Method {
             "bias" => matches!(self, Method::Hbao | Method::HbaoTalk),
             "attenuation" => matches!(self, Method::Hbao | Method::HbaoTalk | Method::RayMarch),
             "snap" | "clamp" => sampled,
-            "radius" | "directions" | "steps" | "strength" | "jitter" => self != Method::None,
-            "blur" | "blur-kernel" | "blur-depth-sigma" => self != Method::None,
+            "radius" | "directions" | "steps" | "strength" | "blur-kernel" => {
+                !matches!(self, Method::Ssao | Method::None)
+            }
+            "jitter" | "blur" | "blur-depth-sigma" | "edges" | "half-res" => self != Method::None,
+            _ if knob.starts_with("ssao-") => self == Method::Ssao,
             _ => true,
         }
     }
@@ -149,6 +158,50 @@ choice! {
 }
 
 choice! {
+    /// What the blur does at pixels that hold more than one surface.
+    Edges {
+        /// The blur around each depth sample of the pixel, averaged.
+        #[default]
+        Supersample = "supersample",
+        /// The blur around the resolved depth, as at all other pixels.
+        Off = "off",
+    }
+}
+
+choice! {
+    /// How `ssao` jitters its offsets.
+    SsaoRotation {
+        /// By the rotation that carries the Z axis to the tile's vector.
+        #[default]
+        Matrix = "matrix",
+        /// By the reflection at the plane that the tile's vector is normal to.
+        Mirror = "mirror",
+    }
+}
+
+choice! {
+    /// The depth image that the samples of `ssao` read.
+    SsaoDepth {
+        /// Full size.
+        #[default]
+        Full = "full",
+        /// Half the width and height.
+        Half = "half",
+    }
+}
+
+choice! {
+    /// A variant that is on or off.
+    Toggle {
+        /// Off.
+        #[default]
+        Off = "off",
+        /// On.
+        On = "on",
+    }
+}
+
+choice! {
     /// The texture format of ambient occlusion.
     AoFormat {
         /// 8 bits, the chapter's.
@@ -192,6 +245,25 @@ pub enum Radius {
     Percent(f64),
 }
 
+/// The depth difference that the blur takes for an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthSigma {
+    /// In scene units.
+    Units(f64),
+    /// As a share of the depth at hand.
+    OfDepth(f64),
+}
+
+impl DepthSigma {
+    /// In scene units, at depth z.
+    pub fn at(self, z: f64) -> f64 {
+        match self {
+            DepthSigma::Units(sigma) => sigma,
+            DepthSigma::OfDepth(share) => share * z,
+        }
+    }
+}
+
 /// Every knob of ambient occlusion and of the pipeline around it. Angles are radians.
 ///
 /// [`Settings::validate`] holds the fields to the ranges of [`KNOBS`].
@@ -229,6 +301,22 @@ pub struct Settings {
     pub blur_kernel: BlurKernel,
     /// The blur's depth sigma in scene units; `None` is R/4.
     pub blur_depth_sigma: Option<f64>,
+    /// Depth samples a pixel: 1, 2, 4 or 8. The driver may have fewer.
+    pub msaa: u32,
+    /// What the blur does at edge pixels.
+    pub edges: Edges,
+    /// Ambient occlusion at half the width and height, rounded up.
+    pub half_res: bool,
+    /// The samples of `ssao`: 8, 16 or 24.
+    pub ssao_samples: u32,
+    /// How `ssao` jitters.
+    pub ssao_rotation: SsaoRotation,
+    /// The depth image that the samples of `ssao` read.
+    pub ssao_depth: SsaoDepth,
+    /// Whether `ssao` flips its offsets to the side that the normal points to.
+    pub ssao_normals: Toggle,
+    /// Whether `ssao` ends with A^2 + A.
+    pub ssao_curve: Toggle,
     /// Format of ambient occlusion.
     pub ao_format: AoFormat,
     /// Format of the G-buffer's normals.
@@ -238,7 +326,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// The chapter's method with 8 directions of 8 steps, a 9x9 blur and 8-bit targets.
+    /// The chapter's method with 8 directions of 8 steps, a 9x9 blur, 4 samples a pixel and 8-bit targets.
     fn default() -> Settings {
         Settings {
             method: Method::default(),
@@ -257,6 +345,14 @@ impl Default for Settings {
             blur: 9,
             blur_kernel: BlurKernel::default(),
             blur_depth_sigma: None,
+            msaa: 4,
+            edges: Edges::default(),
+            half_res: false,
+            ssao_samples: 16,
+            ssao_rotation: SsaoRotation::default(),
+            ssao_depth: SsaoDepth::default(),
+            ssao_normals: Toggle::Off,
+            ssao_curve: Toggle::On,
             ao_format: AoFormat::default(),
             normal_format: NormalFormat::default(),
             depth_format: DepthFormat::default(),
@@ -296,14 +392,19 @@ impl Settings {
         }
     }
 
-    /// The blur's depth sigma in scene units: its own, or a quarter of the radius.
+    /// s_z of the blur: its own, or a quarter of the distance within which the method looks: of R, or for `ssao` of the
+    /// depth 2 P.z l_n of its farthest sample.
     ///
     /// # Errors
     /// As [`Settings::radius_units`].
-    pub fn depth_sigma(&self) -> Result<f64, Error> {
-        match self.blur_depth_sigma {
-            Some(sigma) => Ok(sigma),
-            None => Ok(self.radius_units()? / 4.0),
+    pub fn depth_sigma(&self) -> Result<DepthSigma, Error> {
+        match (self.blur_depth_sigma, self.method) {
+            (Some(sigma), _) => Ok(DepthSigma::Units(sigma)),
+            (None, Method::Ssao) => {
+                let n = f64::from(self.ssao_samples);
+                Ok(DepthSigma::OfDepth(2.0 * 0.01 * (1.0 + 2.4 / n).powf(n) / 4.0))
+            }
+            (None, _) => Ok(DepthSigma::Units(self.radius_units()? / 4.0)),
         }
     }
 
@@ -348,151 +449,4 @@ impl Settings {
         let set = KNOBS.iter().filter(|knob| !knob.is_unset(self));
         set.map(|knob| (knob.name.to_string(), (knob.get)(self))).collect()
     }
-}
-
-/// What a knob takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
-    /// A whole number from the first to the second.
-    Count(u32, u32),
-    /// 0, or an odd number from the first to the second.
-    OddOrZero(u32, u32),
-    /// Degrees from the first to the second.
-    Degrees(f64, f64),
-    /// A finite number above 0.
-    Positive,
-    /// A finite length above 0, or such a number and `%`.
-    Length,
-    /// One of these words.
-    Word(&'static [&'static str]),
-}
-
-/// One knob of [`Settings`].
-pub struct Knob {
-    /// Its name in files and, behind `--`, on the command line.
-    pub name: &'static str,
-    /// How `--help` names its value.
-    pub value: &'static str,
-    /// What it means and in which unit.
-    pub help: &'static str,
-    /// What it takes.
-    pub kind: Kind,
-    get: fn(&Settings) -> toml::Value,
-    put: fn(&mut Settings, &str) -> Result<(), String>,
-}
-
-impl Knob {
-    /// Sets it from text.
-    ///
-    /// # Errors
-    /// Where the text does not say a value in range.
-    pub fn set(&self, settings: &mut Settings, text: &str) -> Result<(), Error> {
-        (self.put)(settings, text).map_err(|what| Error::Usage(format!("{}: {what}", self.name)))
-    }
-
-    /// Its value as text, as [`Knob::set`] reads it.
-    pub fn text(&self, settings: &Settings) -> String {
-        match (self.get)(settings) {
-            toml::Value::String(text) => text,
-            other => other.to_string(),
-        }
-    }
-
-    fn is_unset(&self, settings: &Settings) -> bool {
-        self.text(settings).is_empty()
-    }
-}
-
-fn count(text: &str, min: u32, max: u32) -> Result<u32, String> {
-    let value = text.trim().parse::<u32>().ok().filter(|n| (min..=max).contains(n));
-    value.ok_or_else(|| format!("'{text}' is no whole number from {min} to {max}"))
-}
-
-fn odd_or_zero(text: &str, min: u32, max: u32) -> Result<u32, String> {
-    let value = text.trim().parse::<u32>().ok().filter(|&n| n == 0 || (n % 2 == 1 && (min..=max).contains(&n)));
-    value.ok_or_else(|| format!("'{text}' is neither 0 nor an odd number from {min} to {max}"))
-}
-
-fn degrees(text: &str, min: f64, max: f64) -> Result<f64, String> {
-    let value = text.trim().parse::<f64>().ok().filter(|d| (min..=max).contains(d));
-    value.map(f64::to_radians).ok_or_else(|| format!("'{text}' is no angle from {min} to {max} degrees"))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
-    value.ok_or_else(|| format!("'{text}' is no finite number above 0"))
-}
-
-fn length(text: &str) -> Result<Radius, String> {
-    let parsed = match text.trim().strip_suffix('%') {
-        Some(percent) => positive(percent).map(Radius::Percent),
-        None => positive(text).map(Radius::Units),
-    };
-    parsed.map_err(|_| format!("'{text}' is neither a finite length above 0 nor such a number and %"))
-}
-
-/// Degrees that read as they were typed: 30, where 30 degrees in radians and back is 29.999999999999996.
-fn typed_degrees(radians: f64) -> f64 {
-    (radians.to_degrees() * 1e10).round() / 1e10
-}
-
-macro_rules! knobs {
-    ($($name:literal $value:literal $field:ident $kind:ident $(($($argument:expr),*))? $(: $choice:ident)? = $help:literal;)+) => {
-        /// Every knob, in the order in which `--help` lists them.
-        pub static KNOBS: &[Knob] = &[$(Knob {
-            name: $name,
-            value: $value,
-            help: $help,
-            kind: knobs!(@kind $kind $($($argument),*)? $($choice)?),
-            get: |settings| knobs!(@get $kind settings.$field),
-            put: |settings, text| {
-                settings.$field = knobs!(@put $kind text; $($($argument),*)? $($choice)?)?;
-                Ok(())
-            },
-        }),+];
-    };
-    (@kind Word $choice:ident) => { Kind::Word($choice::NAMES) };
-    (@kind PositiveOrUnset) => { Kind::Positive };
-    (@kind $kind:ident) => { Kind::$kind };
-    (@kind $kind:ident $($argument:expr),+) => { Kind::$kind($($argument),+) };
-    (@get Word $field:expr) => { toml::Value::from($field.name()) };
-    (@get Degrees $field:expr) => { toml::Value::from(typed_degrees($field)) };
-    (@get Length $field:expr) => {
-        match $field {
-            Radius::Units(units) => toml::Value::from(units),
-            Radius::Percent(percent) => toml::Value::from(format!("{percent}%")),
-        }
-    };
-    (@get PositiveOrUnset $field:expr) => { $field.map_or(toml::Value::from(""), toml::Value::from) };
-    (@get Positive $field:expr) => { toml::Value::from($field) };
-    (@get $kind:ident $field:expr) => { toml::Value::from(i64::from($field)) };
-    (@put Word $text:ident; $choice:ident) => { $choice::parse($text) };
-    (@put Count $text:ident; $($argument:expr),+) => { count($text, $($argument),+) };
-    (@put OddOrZero $text:ident; $($argument:expr),+) => { odd_or_zero($text, $($argument),+) };
-    (@put Degrees $text:ident; $($argument:expr),+) => { degrees($text, $($argument),+) };
-    (@put Positive $text:ident;) => { positive($text) };
-    (@put PositiveOrUnset $text:ident;) => { positive($text).map(Some) };
-    (@put Length $text:ident;) => { length($text) };
-}
-
-knobs! {
-    "method" "METHOD" method Word: Method = "The ambient occlusion method";
-    "radius" "R" radius Length = "R, beyond which nothing occludes: scene units, or N% of the bounding box's diagonal";
-    "directions" "N" directions Count(1, 64) = "N_d, the directions about each pixel";
-    "steps" "N" steps Count(1, 256) = "N_s, the steps along each direction";
-    "rays" "N" rays Count(1, 64) = "N_r, the rays of ray-march at each azimuth";
-    "bias" "DEG" bias Degrees(0.0, 89.0) = "The angle by which tangents are raised, which hides creases of coarse meshes";
-    "strength" "S" strength Positive = "The factor on the occlusion";
-    "attenuation" "W" attenuation Word: Attenuation = "W(r), an occluder's weight: 1 - (r/R)^2, 1 - r/R, or 1";
-    "snap" "SNAP" snap Word: Snap = "Texel centres: round the step once, round each sample, or keep fractions";
-    "clamp" "CLAMP" clamp Word: Clamp = "A sample beyond the border: at the border texel, or only its depth from there";
-    "grounding" "TANGENT" grounding Word: Grounding = "Elevations count from each sample's tangent (Eq. 6.2.9) or its direction's (6.2.8)";
-    "normals" "NORMALS" normals Word: Normals = "Normals from screen derivatives, or interpolated from the vertices";
-    "jitter" "JITTER" jitter Word: Jitter = "Rotate directions and offset steps by a 4x4 tile, or not";
-    "blur" "N" blur OddOrZero(3, 41) = "The blur's width in texels; 0 is off";
-    "blur-kernel" "KERNEL" blur_kernel Word: BlurKernel = "The blur in X then Y, or over the whole square";
-    "blur-depth-sigma" "Z" blur_depth_sigma PositiveOrUnset = "The depth difference, in scene units, that the blur takes for an edge";
-    "ao-format" "FORMAT" ao_format Word: AoFormat = "Texture format of ambient occlusion";
-    "normal-format" "FORMAT" normal_format Word: NormalFormat = "Texture format of normals";
-    "depth-format" "FORMAT" depth_format Word: DepthFormat = "Texture format of linear depth";
 }

@@ -96,6 +96,7 @@ fn scenes_images_and_settings_know_nothing_of_rendering() {
     uses_only("src/scene", &["scene", "settings", "Error"]);
     uses_only("src/image", &["image", "settings", "Error"]);
     assert_eq!(used(&read("src/settings.rs")), BTreeSet::from(["Error".into()]));
+    uses_only("src/settings", &["settings", "Error"]);
 }
 
 #[test]

@@ -57,7 +57,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let gl = context.gl();
     context.passed_over().into_iter().for_each(say);
     say(&context.describe());
-    flags.notices.iter().chain(&notices).for_each(|notice| say(notice));
+    notices.iter().for_each(|notice| say(notice));
     let request = Request { composite: Some(Apply::All), timings: true, ..Request::default() };
     let mut pipeline = Pipeline::new(gl, flags.size, &settings, request)?;
     pipeline.notices().iter().for_each(|notice| say(notice));

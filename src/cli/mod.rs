@@ -5,7 +5,6 @@
 mod bench;
 mod flags;
 mod info;
-mod later;
 mod picture;
 mod render;
 

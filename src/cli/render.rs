@@ -8,7 +8,7 @@ use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::{Outputs, exr, metadata};
 use hbao::scene::{Camera, Projection};
-use hbao::settings::Settings;
+use hbao::settings::{Method, Settings};
 use hbao::{Apply, Error, PassTime, Pipeline, Request, rotation_tile};
 use serde_json::json;
 use std::fs;
@@ -119,19 +119,27 @@ impl Wanted {
         if !settings.method.reads(flag) {
             return Some(format!("with --method {}", settings.method.name()));
         }
-        if settings.blur == 0 && matches!(flag, "blur-kernel" | "blur-depth-sigma") {
+        if settings.blur == 0 && matches!(flag, "blur-kernel" | "blur-depth-sigma" | "edges") {
             return Some("with --blur 0".into());
+        }
+        if settings.method == Method::Ssao && flag == "blur" && settings.blur > 0 {
+            return Some("with --method ssao, whose own blur is 4x4 (0 turns it off)".into());
+        }
+        if settings.msaa == 1 && flag == "edges" {
+            return Some("with --msaa 1".into());
         }
         if self.whole() {
             return None;
         }
         let matters = match (self.show, flag) {
             (Show::Final | Show::Ao, _) => true,
-            (Show::AoRaw, _) => settings.blur == 0 || !flag.starts_with("blur"),
+            (Show::AoRaw, _) => settings.blur == 0 || !flag.starts_with("blur") && flag != "edges",
+            (_, "msaa") => true,
             (Show::Color, _) => flag == "normals",
             (Show::Depth, _) => flag == "depth-format",
             (Show::Normals, _) => flag == "normals" || flag == "normal-format",
-            (Show::Edges, _) => false,
+            // What the depth sigma follows from.
+            (Show::Edges, _) => matches!(flag, "depth-format" | "blur-depth-sigma" | "radius" | "method"),
         };
         let show = Show::NAMES.iter().find(|&&(_, show)| show == self.show).map_or("", |&(name, _)| name);
         (!matters).then(|| format!("with --show {show}"))
@@ -186,7 +194,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         .knobs_given()
         .chain(apply)
         .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, &settings)?)));
-    flags.notices.iter().cloned().chain(idle).chain(notices).for_each(|notice| say(&notice));
+    idle.chain(notices).for_each(|notice| say(&notice));
 
     let mut resolved = settings.resolved(scene.mesh.diagonal());
     if wanted.show == Show::AoRaw && !wanted.whole() {

@@ -64,6 +64,7 @@ impl MethodPass {
             Method::HbaoTalk => hbao_talk::shader(settings, defines),
             Method::RayMarch => ray_march::shader(settings, defines),
             Method::Microsphere | Method::Crease => microsphere::shader(settings, defines),
+            Method::Ssao => return Err(Error::Usage("ssao is not built yet".into())),
             Method::None => return Ok(None),
         };
         let mut pieces = vec![FETCH, RAY, source!("shared/surface.glsl"), source!("shared/attenuation.glsl")];

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::image::Image;
-use crate::settings::{BlurKernel, Settings};
+use crate::settings::{BlurKernel, DepthSigma, Settings};
 use rayon::prelude::*;
 
 /// Blurs `ao` as the settings say, with the weights of `depth` (linear, infinite on background). Background is 1.
@@ -23,7 +23,7 @@ pub fn blur(ao: &Image<f64>, depth: &Image<f32>, settings: &Settings) -> Result<
 }
 
 /// One pass over the taps within `reach` of each pixel in x and y.
-fn pass(ao: &Image<f64>, depth: &Image<f32>, sigma: f64, radius: i64, reach: [i64; 2]) -> Image<f64> {
+fn pass(ao: &Image<f64>, depth: &Image<f32>, sigma: DepthSigma, radius: i64, reach: [i64; 2]) -> Image<f64> {
     let (width, height) = (ao.width as i64, ao.height as i64);
     // s = (radius + 1) / 2 texels.
     let s = (radius + 1) as f64 / 2.0;
@@ -44,8 +44,8 @@ fn pass(ao: &Image<f64>, depth: &Image<f32>, sigma: f64, radius: i64, reach: [i6
                 if tap_z.is_infinite() {
                     continue;
                 }
-                let weight =
-                    (-(kx * kx + ky * ky) as f64 / (2.0 * s * s)).exp() * (-((tap_z - z) / sigma).powi(2) / 2.0).exp();
+                let weight = (-(kx * kx + ky * ky) as f64 / (2.0 * s * s)).exp()
+                    * (-((tap_z - z) / sigma.at(z)).powi(2) / 2.0).exp();
                 sum += weight * ao.at(tap_x as usize, tap_y as usize);
                 weights += weight;
             }

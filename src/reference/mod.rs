@@ -98,7 +98,7 @@ impl Terms {
             Method::HbaoTalk => (hbao_talk::occlusion, strength / directions),
             Method::RayMarch => (ray_march::occlusion, strength / (directions * f64::from(settings.rays))),
             Method::Microsphere | Method::Crease => (microsphere::occlusion, strength / PI),
-            Method::None => return None,
+            Method::Ssao | Method::None => return None,
         };
         Some(Terms { occlusion, scale, early_exit: settings.method != Method::RayMarch })
     }

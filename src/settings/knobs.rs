@@ -1,0 +1,182 @@
+//! The table of all knobs: names, units, ranges and helps, and how their values are read and written as text.
+
+use super::{
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, Method, NormalFormat, Normals,
+    Radius, Settings, Snap, SsaoDepth, SsaoRotation, Toggle,
+};
+use crate::Error;
+
+/// What a knob takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A whole number from the first to the second.
+    Count(u32, u32),
+    /// 0, or an odd number from the first to the second.
+    OddOrZero(u32, u32),
+    /// Degrees from the first to the second.
+    Degrees(f64, f64),
+    /// A finite number above 0.
+    Positive,
+    /// A finite length above 0, or such a number and `%`.
+    Length,
+    /// One of these numbers.
+    OneOf(&'static [u32]),
+    /// True or false; the flag alone says true.
+    Switch,
+    /// One of these words.
+    Word(&'static [&'static str]),
+}
+
+/// One knob of [`Settings`].
+pub struct Knob {
+    /// Its name in files and, behind `--`, on the command line.
+    pub name: &'static str,
+    /// How `--help` names its value.
+    pub value: &'static str,
+    /// What it means and in which unit.
+    pub help: &'static str,
+    /// What it takes.
+    pub kind: Kind,
+    pub(super) get: fn(&Settings) -> toml::Value,
+    put: fn(&mut Settings, &str) -> Result<(), String>,
+}
+
+impl Knob {
+    /// Sets it from text.
+    ///
+    /// # Errors
+    /// Where the text does not say a value in range.
+    pub fn set(&self, settings: &mut Settings, text: &str) -> Result<(), Error> {
+        (self.put)(settings, text).map_err(|what| Error::Usage(format!("{}: {what}", self.name)))
+    }
+
+    /// Its value as text, as [`Knob::set`] reads it.
+    pub fn text(&self, settings: &Settings) -> String {
+        match (self.get)(settings) {
+            toml::Value::String(text) => text,
+            other => other.to_string(),
+        }
+    }
+
+    /// True for a knob that has no value of its own, since it follows from another.
+    pub(super) fn is_unset(&self, settings: &Settings) -> bool {
+        self.text(settings).is_empty()
+    }
+}
+
+fn count(text: &str, min: u32, max: u32) -> Result<u32, String> {
+    let value = text.trim().parse::<u32>().ok().filter(|n| (min..=max).contains(n));
+    value.ok_or_else(|| format!("'{text}' is no whole number from {min} to {max}"))
+}
+
+fn odd_or_zero(text: &str, min: u32, max: u32) -> Result<u32, String> {
+    let value = text.trim().parse::<u32>().ok().filter(|&n| n == 0 || (n % 2 == 1 && (min..=max).contains(&n)));
+    value.ok_or_else(|| format!("'{text}' is neither 0 nor an odd number from {min} to {max}"))
+}
+
+fn one_of(text: &str, values: &[u32]) -> Result<u32, String> {
+    let value = text.trim().parse::<u32>().ok().filter(|n| values.contains(n));
+    value.ok_or_else(|| {
+        let values: Vec<String> = values.iter().map(u32::to_string).collect();
+        format!("'{text}' is none of {}", values.join(", "))
+    })
+}
+
+fn switch(text: &str) -> Result<bool, String> {
+    text.trim().parse().map_err(|_| format!("'{text}' is neither true nor false"))
+}
+
+fn degrees(text: &str, min: f64, max: f64) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|d| (min..=max).contains(d));
+    value.map(f64::to_radians).ok_or_else(|| format!("'{text}' is no angle from {min} to {max} degrees"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
+    value.ok_or_else(|| format!("'{text}' is no finite number above 0"))
+}
+
+fn length(text: &str) -> Result<Radius, String> {
+    let parsed = match text.trim().strip_suffix('%') {
+        Some(percent) => positive(percent).map(Radius::Percent),
+        None => positive(text).map(Radius::Units),
+    };
+    parsed.map_err(|_| format!("'{text}' is neither a finite length above 0 nor such a number and %"))
+}
+
+/// Degrees that read as they were typed: 30, where 30 degrees in radians and back is 29.999999999999996.
+fn typed_degrees(radians: f64) -> f64 {
+    (radians.to_degrees() * 1e10).round() / 1e10
+}
+
+macro_rules! knobs {
+    ($($name:literal $value:literal $field:ident $kind:ident $(($($argument:expr),*))? $(: $choice:ident)? = $help:literal;)+) => {
+        /// Every knob, in the order in which `--help` lists them.
+        pub static KNOBS: &[Knob] = &[$(Knob {
+            name: $name,
+            value: $value,
+            help: $help,
+            kind: knobs!(@kind $kind $($($argument),*)? $($choice)?),
+            get: |settings| knobs!(@get $kind settings.$field),
+            put: |settings, text| {
+                settings.$field = knobs!(@put $kind text; $($($argument),*)? $($choice)?)?;
+                Ok(())
+            },
+        }),+];
+    };
+    (@kind Word $choice:ident) => { Kind::Word($choice::NAMES) };
+    (@kind PositiveOrUnset) => { Kind::Positive };
+    (@kind $kind:ident) => { Kind::$kind };
+    (@kind $kind:ident $($argument:expr),+) => { Kind::$kind($($argument),+) };
+    (@get Word $field:expr) => { toml::Value::from($field.name()) };
+    (@get Degrees $field:expr) => { toml::Value::from(typed_degrees($field)) };
+    (@get Length $field:expr) => {
+        match $field {
+            Radius::Units(units) => toml::Value::from(units),
+            Radius::Percent(percent) => toml::Value::from(format!("{percent}%")),
+        }
+    };
+    (@get PositiveOrUnset $field:expr) => { $field.map_or(toml::Value::from(""), toml::Value::from) };
+    (@get Switch $field:expr) => { toml::Value::from($field) };
+    (@get Positive $field:expr) => { toml::Value::from($field) };
+    (@get $kind:ident $field:expr) => { toml::Value::from(i64::from($field)) };
+    (@put Word $text:ident; $choice:ident) => { $choice::parse($text) };
+    (@put Count $text:ident; $($argument:expr),+) => { count($text, $($argument),+) };
+    (@put OddOrZero $text:ident; $($argument:expr),+) => { odd_or_zero($text, $($argument),+) };
+    (@put OneOf $text:ident; $($argument:expr),+) => { one_of($text, $($argument),+) };
+    (@put Switch $text:ident;) => { switch($text) };
+    (@put Degrees $text:ident; $($argument:expr),+) => { degrees($text, $($argument),+) };
+    (@put Positive $text:ident;) => { positive($text) };
+    (@put PositiveOrUnset $text:ident;) => { positive($text).map(Some) };
+    (@put Length $text:ident;) => { length($text) };
+}
+
+knobs! {
+    "method" "METHOD" method Word: Method = "The ambient occlusion method";
+    "radius" "R" radius Length = "R, beyond which nothing occludes: scene units, or N% of the bounding box's diagonal";
+    "directions" "N" directions Count(1, 64) = "N_d, the directions about each pixel";
+    "steps" "N" steps Count(1, 256) = "N_s, the steps along each direction";
+    "rays" "N" rays Count(1, 64) = "N_r, the rays of ray-march at each azimuth";
+    "bias" "DEG" bias Degrees(0.0, 89.0) = "The angle by which tangents are raised, which hides creases of coarse meshes";
+    "strength" "S" strength Positive = "The factor on the occlusion";
+    "attenuation" "W" attenuation Word: Attenuation = "W(r), an occluder's weight: 1 - (r/R)^2, 1 - r/R, or 1";
+    "snap" "SNAP" snap Word: Snap = "Texel centres: round the step once, round each sample, or keep fractions";
+    "clamp" "CLAMP" clamp Word: Clamp = "A sample beyond the border: at the border texel, or only its depth from there";
+    "grounding" "TANGENT" grounding Word: Grounding = "Elevations count from each sample's tangent (Eq. 6.2.9) or its direction's (6.2.8)";
+    "normals" "NORMALS" normals Word: Normals = "Normals from screen derivatives, or interpolated from the vertices";
+    "jitter" "JITTER" jitter Word: Jitter = "Rotate directions and offset steps by a 4x4 tile, or not";
+    "blur" "N" blur OddOrZero(3, 41) = "The blur's width in texels; 0 is off";
+    "blur-kernel" "KERNEL" blur_kernel Word: BlurKernel = "The blur in X then Y, or over the whole square";
+    "blur-depth-sigma" "Z" blur_depth_sigma PositiveOrUnset = "The depth difference, in scene units, that the blur takes for an edge";
+    "msaa" "N" msaa OneOf(&[1, 2, 4, 8]) = "Depth samples a pixel, as many as the driver has";
+    "edges" "EDGES" edges Word: Edges = "Pixels of several surfaces: blur around every depth sample, or around one as elsewhere";
+    "half-res" "" half_res Switch = "Ambient occlusion at half the width and height, which the blur brings to full size";
+    "ssao-samples" "N" ssao_samples OneOf(&[8, 16, 24]) = "ssao: the samples about each pixel";
+    "ssao-rotation" "ROTATION" ssao_rotation Word: SsaoRotation = "ssao: turn the offsets by the tile's vector, or mirror them at its plane";
+    "ssao-depth" "SIZE" ssao_depth Word: SsaoDepth = "ssao: samples read depth at full size, or at half";
+    "ssao-normals" "NORMALS" ssao_normals Word: Toggle = "ssao: flip offsets to the side that the normal points to, or not";
+    "ssao-curve" "CURVE" ssao_curve Word: Toggle = "ssao: end with A^2 + A, or with A";
+    "ao-format" "FORMAT" ao_format Word: AoFormat = "Texture format of ambient occlusion";
+    "normal-format" "FORMAT" normal_format Word: NormalFormat = "Texture format of normals";
+    "depth-format" "FORMAT" depth_format Word: DepthFormat = "Texture format of linear depth";
+}
