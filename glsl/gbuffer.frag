@@ -59,8 +59,4 @@ void main()
 #else
     out_2 = vec4(n, 0.0);
 #endif
-    // The depth test compares what is stored. Linear in float32, it resolves a millionth of the distance everywhere,
-    // whatever near is; 24 bits of z_clip / w would leave 6 % at the far end of a near/far ratio of 1e-6.
-    // Below 1, the cleared buffer's, at the far plane itself.
-    gl_FragDepth = z / near_far.y * 0.9999998;
 }

@@ -1,16 +1,20 @@
 //! The library's face: ambient occlusion of depth and normals that somebody else owns.
 
+mod plan;
+
 use crate::Error;
 use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::background::Background;
-use crate::pass::blur::{Blur, Kernel};
-use crate::pass::method::{MethodPass, NormalEncoding, Variant};
-use crate::pass::{BACKGROUND_R32F, DepthInput, FullScreen, TextureRef, TextureTarget};
+use crate::pass::blur::{self, Blur};
+use crate::pass::edges::Edges;
+use crate::pass::method::{self, MethodPass, NormalEncoding};
+use crate::pass::{BACKGROUND_R32F, DepthInput, DepthSamples, FullScreen, Grid, TextureRef, TextureTarget};
 use crate::scene::Projection;
-use crate::settings::{AoFormat, BlurKernel, DepthSigma, Method, Settings};
+use crate::settings::{AoFormat, DepthSigma, Method, Settings};
 use glow::HasContext;
+use plan::{Plan, Step};
 use std::sync::Arc;
 
 /// What ambient occlusion is computed from: a view's depth and normals, of the size that [`AmbientOcclusion`] was made
@@ -26,6 +30,10 @@ pub struct Inputs {
     pub normals: TextureRef,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
+    /// With multisample antialiasing, the linear depth of every sample; `depth` and `normals` are then those of one
+    /// sample of each pixel. The blur at pixels that hold several surfaces reads it, where the settings' `edges` say
+    /// so. [`Inputs::new`] has none.
+    pub samples: Option<DepthSamples>,
     /// The view's projection, centred.
     pub projection: Projection,
     /// The near plane's z, above 0, at which the rays of `ray-march` end. No other method reads it, and
@@ -41,6 +49,7 @@ impl Inputs {
             background: BACKGROUND_R32F,
             normals: TextureRef { texture: normals, target },
             normal_encoding: NormalEncoding::Signed,
+            samples: None,
             projection,
             near: 0.0,
         }
@@ -55,31 +64,47 @@ impl Inputs {
         if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
             return Err(Error::Usage(format!("{:?}: both extents must be finite and above 0", self.projection)));
         }
-        for (name, image) in [("depth", self.depth), ("normals", self.normals)] {
-            let target = image.target.gl();
+        let samples = self.samples.map(|samples| ("samples", samples.texture, glow::TEXTURE_2D_MULTISAMPLE));
+        let plain = [("depth", self.depth), ("normals", self.normals)];
+        let plain = plain.map(|(name, image)| (name, image.texture, image.target.gl()));
+        for (name, texture, kind) in plain.into_iter().chain(samples) {
             // SAFETY: the context is current; a texture of another kind is a GL error, and nothing more.
             let found = unsafe {
-                gl.bind_texture(target, Some(image.texture));
-                gl::check(gl, &format!("the {name} texture is not of the kind said, {:?}", image.target))?;
-                [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(|side| gl.get_tex_level_parameter_i32(target, 0, side))
+                gl.bind_texture(kind, Some(texture));
+                gl::check(gl, &format!("the {name} texture is not of the kind said"))?;
+                let parameter = |parameter| gl.get_tex_level_parameter_i32(kind, 0, parameter);
+                let size = [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(parameter);
+                // What is compiled in must be what there is.
+                let samples = if name == "samples" { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
+                (size.map(i64::from), i64::from(samples))
             };
-            if found.map(i64::from) != [i64::from(size.0), i64::from(size.1)] {
-                let ([width, height], (w, h)) = (found, size);
+            let wanted = self.samples.filter(|_| name == "samples").map_or(0, |samples| i64::from(samples.samples));
+            if found.0 != [i64::from(size.0), i64::from(size.1)] {
+                let ([width, height], (w, h)) = (found.0, size);
                 return Err(Error::Usage(format!(
                     "the {name} texture has {width}x{height} texels, and ambient occlusion is set up for {w}x{h}"
+                )));
+            }
+            if found.1 != wanted {
+                return Err(Error::Usage(format!(
+                    "the {name} texture has {} samples a pixel, not the {wanted} said",
+                    found.1
                 )));
             }
         }
         Ok(())
     }
 
-    fn variant(&self, floor: bool) -> Variant {
+    fn variant(&self, floor: bool, edges: bool) -> Variant {
         Variant {
-            orthographic: matches!(self.projection, Projection::Orthographic { .. }),
-            depth: self.depth.target,
-            normals: self.normals.target,
-            encoding: self.normal_encoding,
-            floor,
+            method: method::Variant {
+                orthographic: matches!(self.projection, Projection::Orthographic { .. }),
+                depth: self.depth.target,
+                normals: self.normals.target,
+                encoding: self.normal_encoding,
+                floor,
+            },
+            samples: self.samples.map(|samples| samples.samples).filter(|_| edges),
         }
     }
 }
@@ -87,29 +112,75 @@ impl Inputs {
 /// Where errors come from that the application made and did not ask for: they would read as ours.
 const PENDING: &str = "an error left by the application before ambient occlusion";
 
-/// The blur's passes, by the names that they are timed under.
-fn kernels(settings: &Settings) -> &'static [(&'static str, Kernel)] {
-    match (settings.blur, settings.blur_kernel) {
-        _ if settings.method == Method::None => &[],
-        (0, _) => &[],
-        (_, BlurKernel::Separable) => &[("blur_x", Kernel::X), ("blur_y", Kernel::Y)],
-        (_, BlurKernel::Full) => &[("blur_full", Kernel::Full)],
-    }
+/// What is asked of a run beside ambient occlusion itself.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Extras {
+    /// Ambient occlusion as it was before the blur.
+    pub(crate) raw: bool,
+    /// Which pixels are edges.
+    pub(crate) edges: bool,
+}
+
+/// What an [`Extras`] asked for.
+#[derive(Default)]
+pub(crate) struct Kept {
+    pub(crate) raw: Option<Image<f32>>,
+    pub(crate) edges: Option<Image<bool>>,
 }
 
 /// A texture and the framebuffer that draws into it.
 struct Surface {
+    grid: Grid,
     texture: Texture,
     target: Target,
+    stencil: Arc<Renderbuffer>,
+}
+
+/// Bits of the stencil.
+const COVERED: u32 = 1;
+const EDGE: u32 = 2;
+
+/// What the programs are compiled for, beside the settings.
+#[derive(Clone, Copy, PartialEq)]
+struct Variant {
+    method: method::Variant,
+    /// The depth samples of a pixel, where edges are looked for.
+    samples: Option<u32>,
 }
 
 /// The programs that one kind of inputs needs.
 struct Programs {
     variant: Variant,
-    /// The stencil, and the method that it serves; none where A = 1 everywhere.
-    ao: Option<(Background, MethodPass)>,
-    /// X and Y, or the one full pass, or none.
-    blurs: Vec<(&'static str, Blur)>,
+    plan: Plan,
+    /// The surface that a stencil is first used with, and the pass that fills it. None where nothing is masked.
+    stencils: Vec<(usize, Background)>,
+    /// None where A = 1 everywhere.
+    ao: Option<MethodPass>,
+    edges: Option<Edges>,
+    blurs: Vec<(Step, Blur)>,
+    blur_edges: Option<(Step, Blur)>,
+}
+
+impl Programs {
+    fn new(gl: &Arc<glow::Context>, settings: &Settings, variant: Variant) -> Result<Programs, Error> {
+        let plan = Plan::new(settings, variant.samples.is_some());
+        let depth = variant.method.depth;
+        let ao = MethodPass::new(gl, settings, variant.method)?;
+        let mut stencils = Vec::new();
+        for (i, scale) in plan.scales.iter().enumerate() {
+            if (ao.is_some() || variant.samples.is_some()) && !plan.scales[..i].contains(scale) {
+                stencils.push((i, Background::new(gl, depth, *scale)?));
+            }
+        }
+        let blur = |step: Step, samples| {
+            let (from, to) = (plan.scales[step.from], plan.scales[step.to]);
+            Ok((step, Blur::new(gl, blur::Variant { kernel: step.kernel, depth, from, to, samples })?))
+        };
+        let blurs = plan.steps.iter().map(|&step| blur(step, None)).collect::<Result<_, Error>>()?;
+        let blur_edges = plan.edges.map(|step| blur(step, variant.samples)).transpose()?;
+        let edges = variant.samples.map(|samples| Edges::new(gl, samples)).transpose()?;
+        Ok(Programs { variant, plan, stencils, ao, edges, blurs, blur_edges })
+    }
 }
 
 /// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
@@ -125,9 +196,10 @@ pub struct AmbientOcclusion {
     size: (u32, u32),
     floor: bool,
     full_screen: FullScreen,
+    /// Each with its stencil, which those of one size share: [`COVERED`] where there is a surface, [`EDGE`] on edges.
     surfaces: Vec<Surface>,
-    /// 1 where there is a surface; attached to every target.
-    _stencil: Renderbuffer,
+    /// Which surface holds the result.
+    last: usize,
     programs: Vec<Programs>,
 }
 
@@ -163,40 +235,52 @@ impl AmbientOcclusion {
         settings.validate()?;
         gl::check(&gl, PENDING)?;
         gl::check_size(&gl, size.0, size.1)?;
-        let format = match settings.ao_format {
+        let mut settings = settings.clone();
+        if floor {
+            settings.blur = 0;
+        }
+        let _state = SavedState::save(&gl);
+        let mut ao = AmbientOcclusion {
+            radius: settings.radius_units()?,
+            depth_sigma: settings.depth_sigma()?,
+            settings,
+            size,
+            floor,
+            full_screen: FullScreen::new(&gl)?,
+            surfaces: Vec::new(),
+            last: 0,
+            programs: Vec::new(),
+            gl,
+        };
+        ao.allocate(&Plan::new(&ao.settings, false))?;
+        Ok(ao)
+    }
+
+    /// Makes the surfaces of a plan that are not there yet. Plans for the same settings begin alike.
+    fn allocate(&mut self, plan: &Plan) -> Result<(), Error> {
+        let format = match self.settings.ao_format {
             AoFormat::R8 => Format::R8,
             AoFormat::R16f => Format::R16f,
             AoFormat::R32f => Format::R32f,
         };
-        let _state = SavedState::save(&gl);
-        let stencil = Renderbuffer::new(&gl, "ao: stencil", glow::DEPTH24_STENCIL8, size.0, size.1)?;
-        let surface = |place: &str| -> Result<Surface, Error> {
-            let texture = Texture::new(&gl, place, format, size.0, size.1)?;
-            let attachment = Some((glow::DEPTH_STENCIL_ATTACHMENT, &stencil));
-            let target = Target::new(&gl, place, &[&texture], attachment, size)?;
-            Ok(Surface { texture, target })
-        };
-        let mut surfaces = vec![surface("ao")?];
-        if !kernels(settings).is_empty() {
-            surfaces.push(surface("blur")?);
+        for (i, &scale) in plan.scales.iter().enumerate().skip(self.surfaces.len()) {
+            let grid = Grid { full: self.size, scale };
+            let place = ["ao", "blur", "blurred"][i];
+            let stencil = match self.surfaces.iter().find(|surface| surface.grid == grid) {
+                Some(surface) => surface.stencil.clone(),
+                None => Arc::new(Renderbuffer::new(&self.gl, place, glow::DEPTH24_STENCIL8, grid.size(), 0)?),
+            };
+            let texture = Texture::new(&self.gl, place, format, grid.size().0, grid.size().1)?;
+            let attachment = Some((glow::DEPTH_STENCIL_ATTACHMENT, &*stencil));
+            let target = Target::new(&self.gl, place, &[&texture], attachment, grid.size())?;
+            self.surfaces.push(Surface { grid, texture, target, stencil });
         }
-        Ok(AmbientOcclusion {
-            settings: settings.clone(),
-            radius: settings.radius_units()?,
-            depth_sigma: settings.depth_sigma()?,
-            size,
-            floor,
-            full_screen: FullScreen::new(&gl)?,
-            surfaces,
-            _stencil: stencil,
-            programs: Vec::new(),
-            gl,
-        })
+        Ok(())
     }
 
     /// Ambient occlusion of the inputs: visibility in [0, 1], 1 is open, in the red channel of a rectangle texture of
-    /// the same size (`sampler2DRect`, read at `gl_FragCoord.xy`). It stays this object's, and valid until the next
-    /// call.
+    /// the same size (`sampler2DRect`, read at `gl_FragCoord.xy`); at half resolution without a blur, which would bring
+    /// it to full size, of half the size, rounded up. It stays this object's, and valid until the next call.
     ///
     /// # Errors
     /// A texture of another kind or size than said, a projection without extent, or what the driver refused.
@@ -210,17 +294,12 @@ impl AmbientOcclusion {
     /// # Errors
     /// As there.
     pub fn render_timed(&mut self, inputs: &Inputs, timers: &mut Timers) -> Result<TextureRef, Error> {
-        self.run(inputs, timers, None)?;
-        Ok((&self.result().texture).into())
+        self.run(inputs, timers, Extras::default())?;
+        Ok(self.texture().into())
     }
 
-    /// Runs the passes; `raw` receives ambient occlusion as it was before the blur.
-    pub(crate) fn run(
-        &mut self,
-        inputs: &Inputs,
-        timers: &mut Timers,
-        raw: Option<&mut Image<f32>>,
-    ) -> Result<(), Error> {
+    /// Runs the passes, and reads back what else is asked for.
+    pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
         let _state = SavedState::save(&gl);
@@ -231,85 +310,93 @@ impl AmbientOcclusion {
                 inputs.near
             )));
         }
-        let programs = self.programs_for(inputs.variant(self.floor))?;
+        // Edges are looked for where the blur goes by them, and where somebody wants to know.
+        let edges = Plan::new(&self.settings, inputs.samples.is_some()).edges.is_some() || extras.edges;
+        let programs = self.programs_for(inputs.variant(self.floor, edges))?;
         let (programs, full_screen, surfaces) = (&self.programs[programs], &self.full_screen, &self.surfaces);
+        self.last = programs.plan.last();
+        let last = &surfaces[self.last];
         let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };
+        let mut kept = Kept::default();
 
-        // Background is 1 from the start: the stencil keeps every pass away from it.
-        let clear = || {
-            for surface in surfaces.iter().rev() {
+        timers.pass("background", || {
+            // Background is 1 from the start: the stencil keeps every pass away from it.
+            for surface in &surfaces[..programs.plan.scales.len()] {
                 surface.target.bind();
                 // SAFETY: the context is current.
                 unsafe { gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]) };
             }
-        };
-        let Some((background, ao)) = &programs.ao else {
-            clear();
-            if let Some(raw) = raw {
-                *raw = self.read(&surfaces[0])?;
-            }
-            return gl::check(&gl, "ambient occlusion");
-        };
-        timers.pass("background", || {
-            clear();
-            // SAFETY: the context is current.
-            unsafe {
-                gl.stencil_mask(0xff);
-                gl.clear_buffer_i32_slice(glow::STENCIL, 0, &[0]);
-                gl.enable(glow::STENCIL_TEST);
-                gl.stencil_func(glow::ALWAYS, 1, 0xff);
-                gl.stencil_op(glow::KEEP, glow::KEEP, glow::REPLACE);
-                gl.color_mask_draw_buffer(0, false, false, false, false);
-                background.draw(full_screen, &depth);
-                gl.color_mask_draw_buffer(0, true, true, true, true);
-                gl.stencil_mask(0);
-                gl.stencil_func(glow::EQUAL, 1, 0xff);
+            for (surface, background) in &programs.stencils {
+                surfaces[*surface].target.bind();
+                // SAFETY: the context is current.
+                unsafe {
+                    gl.stencil_mask(0xff);
+                    gl.clear_buffer_i32_slice(glow::STENCIL, 0, &[0]);
+                }
+                mark(&gl, COVERED, || background.draw(full_screen, &depth));
             }
             Ok(())
         })?;
-        timers.pass("ao", || {
-            ao.draw(
-                full_screen,
-                &depth,
-                inputs.normals,
-                (inputs.projection, inputs.near),
-                (self.radius, &self.settings),
-            );
-            Ok(())
-        })?;
-        if let Some(raw) = raw {
-            *raw = self.read(&surfaces[0])?;
-        }
-        for (i, (name, blur)) in programs.blurs.iter().enumerate() {
-            // From one surface to the other, and back.
-            let (from, to) = (&surfaces[i % 2], &surfaces[(i + 1) % 2]);
-            timers.pass(name, || {
-                to.target.bind();
-                blur.draw(full_screen, &from.texture, &depth, self.depth_sigma.at(1.0));
+        if let Some(ao) = &programs.ao {
+            timers.pass("ao", || {
+                surfaces[0].target.bind();
+                only_where(&gl, COVERED, COVERED);
+                let view = (surfaces[0].grid, inputs.projection, inputs.near);
+                ao.draw(full_screen, &depth, inputs.normals, view, (self.radius, &self.settings));
                 Ok(())
             })?;
         }
-        gl::check(&gl, "ambient occlusion")
+        if extras.raw {
+            kept.raw = Some(read(&surfaces[0])?);
+        }
+        if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, inputs.samples, programs.plan.full()) {
+            timers.pass("edges", || {
+                surfaces[full].target.bind();
+                mark(&gl, EDGE, || edges.draw(full_screen, samples, inputs.background, self.depth_sigma));
+                Ok(())
+            })?;
+        }
+        for (step, blur) in &programs.blurs {
+            let (from, to) = (&surfaces[step.from], &surfaces[step.to]);
+            timers.pass(step.name, || {
+                to.target.bind();
+                // What the edges' own pass draws, the last one leaves to it.
+                let left_out = if programs.blur_edges.is_some() && step.to == self.last { EDGE } else { 0 };
+                only_where(&gl, COVERED, COVERED | left_out);
+                blur.draw(full_screen, &from.texture, &depth, None, self.depth_sigma);
+                Ok(())
+            })?;
+        }
+        if let Some((step, blur)) = &programs.blur_edges {
+            timers.pass(step.name, || {
+                last.target.bind();
+                only_where(&gl, EDGE, EDGE);
+                blur.draw(full_screen, &surfaces[step.from].texture, &depth, inputs.samples, self.depth_sigma);
+                Ok(())
+            })?;
+        }
+        if extras.edges {
+            let (width, height) = (self.size.0 as usize, self.size.1 as usize);
+            let texels = match (&programs.edges, programs.plan.full()) {
+                (Some(_), Some(full)) => {
+                    surfaces[full].target.read_stencil()?.iter().map(|bits| u32::from(*bits) & EDGE != 0).collect()
+                }
+                _ => vec![false; width * height],
+            };
+            kept.edges = Some(Image { width, height, texels });
+        }
+        gl::check(&gl, "ambient occlusion")?;
+        Ok(kept)
     }
 
     /// What the last run left, read back: after the blur, if there is one.
     pub(crate) fn image(&self) -> Result<Image<f32>, Error> {
-        self.read(self.result())
+        read(&self.surfaces[self.last])
     }
 
     /// The texture of [`AmbientOcclusion::image`].
     pub(crate) fn texture(&self) -> &Texture {
-        &self.result().texture
-    }
-
-    fn result(&self) -> &Surface {
-        // Each blur pass goes from one surface to the other.
-        &self.surfaces[kernels(&self.settings).len() % 2]
-    }
-
-    fn read(&self, surface: &Surface) -> Result<Image<f32>, Error> {
-        let (width, height) = (self.size.0 as usize, self.size.1 as usize);
-        Ok(Image { width, height, texels: surface.texture.read()? })
+        &self.surfaces[self.last].texture
     }
 
     /// The index of the programs for a kind of inputs, compiled where they are not yet.
@@ -317,15 +404,41 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.variant == variant) {
             return Ok(found);
         }
-        let blur = |&(name, kernel)| Ok((name, Blur::new(&self.gl, kernel, self.settings.blur, variant.depth)?));
-        self.programs.push(Programs {
-            variant,
-            ao: match MethodPass::new(&self.gl, &self.settings, variant)? {
-                Some(method) => Some((Background::new(&self.gl, variant.depth)?, method)),
-                None => None,
-            },
-            blurs: kernels(&self.settings).iter().map(blur).collect::<Result<_, Error>>()?,
-        });
+        let programs = Programs::new(&self.gl, &self.settings, variant)?;
+        self.allocate(&programs.plan)?;
+        self.programs.push(programs);
         Ok(self.programs.len() - 1)
     }
+}
+
+/// Draws into the stencil alone: sets `bit` at every pixel drawn.
+fn mark(gl: &glow::Context, bit: u32, draw: impl FnOnce()) {
+    // SAFETY: the context is current, here and below.
+    unsafe {
+        gl.enable(glow::STENCIL_TEST);
+        gl.stencil_mask(bit);
+        gl.stencil_func(glow::ALWAYS, bit as i32, 0xff);
+        gl.stencil_op(glow::KEEP, glow::KEEP, glow::REPLACE);
+        gl.color_mask_draw_buffer(0, false, false, false, false);
+    }
+    draw();
+    // SAFETY: as above.
+    unsafe {
+        gl.color_mask_draw_buffer(0, true, true, true, true);
+        gl.stencil_mask(0);
+    }
+}
+
+/// Has passes draw where the stencil's bits of `mask` are `bits`.
+fn only_where(gl: &glow::Context, bits: u32, mask: u32) {
+    // SAFETY: the context is current.
+    unsafe {
+        gl.enable(glow::STENCIL_TEST);
+        gl.stencil_func(glow::EQUAL, bits as i32, mask);
+    }
+}
+
+fn read(surface: &Surface) -> Result<Image<f32>, Error> {
+    let (width, height) = surface.grid.size();
+    Ok(Image { width: width as usize, height: height as usize, texels: surface.texture.read()? })
 }

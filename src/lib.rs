@@ -35,7 +35,7 @@ pub use gl::{Format, PassTime, Timers, size_limit};
 pub use pass::composite::Apply;
 pub use pass::method::NormalEncoding;
 pub use pass::probe::format_renders;
-pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, TextureRef, TextureTarget};
+pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
 pub use pipeline::{Pipeline, Request};
 pub use settings::Settings;
 pub use tile::rotation_tile;

@@ -1,18 +1,21 @@
 //! A scene to images: G-buffer, ambient occlusion, composite (ShaderX7 6.2). The order of the passes between the
 //! G-buffer and the composite is [`AmbientOcclusion`]'s.
 
+mod targets;
+
 use crate::Error;
-use crate::ambient_occlusion::{AmbientOcclusion, Inputs};
-use crate::gl::{self, Format, PassTime, Renderbuffer, Target, Texture, Timers};
+use crate::ambient_occlusion::{AmbientOcclusion, Extras, Inputs, Kept};
+use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{self, GBuffer};
 use crate::pass::method::NormalEncoding;
-use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen, probe};
+use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
 use crate::scene::{Camera, Mesh, Projection};
-use crate::settings::{DepthFormat, NormalFormat, Settings};
+use crate::settings::{DepthFormat, Method, Settings};
 use glow::HasContext;
 use std::sync::Arc;
+use targets::Targets;
 
 /// What a pipeline is to do beside ambient occlusion itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,18 +26,10 @@ pub struct Request {
     pub composite: Option<Apply>,
     /// Keep ambient occlusion as it was before the blur.
     pub raw: bool,
+    /// Keep which pixels are edges: those of several surfaces.
+    pub edges: bool,
     /// Time the passes.
     pub timings: bool,
-}
-
-/// The targets that triangles are drawn into.
-struct Targets {
-    colour: Texture,
-    depth: Texture,
-    normals: Texture,
-    encoding: NormalEncoding,
-    _depth_buffer: Renderbuffer,
-    target: Target,
 }
 
 /// Renders scenes with ambient occlusion, in a context that is current at every call, the drop included.
@@ -52,7 +47,7 @@ pub struct Pipeline {
     ao: Option<AmbientOcclusion>,
     composite: Option<(Composite, Texture, Target)>,
     full_screen: FullScreen,
-    raw: Option<Image<f32>>,
+    kept: Kept,
     timers: Timers,
     notices: Vec<String>,
 }
@@ -70,11 +65,17 @@ impl Pipeline {
     ) -> Result<Pipeline, Error> {
         settings.validate()?;
         gl::check_size(gl, size.0, size.1)?;
-        let ao = if request.gbuffer_only { None } else { Some(AmbientOcclusion::new(gl.clone(), size, settings)?) };
+        // Which pixels are edges, the passes say that go by them.
+        let without = Settings { method: Method::None, ..settings.clone() };
+        let ao = match (request.gbuffer_only, request.edges) {
+            (true, false) => None,
+            (true, true) => Some(AmbientOcclusion::new(gl.clone(), size, &without)?),
+            (false, _) => Some(AmbientOcclusion::new(gl.clone(), size, settings)?),
+        };
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, &mut notices)?;
         let composite = match request.composite {
-            Some(apply) if ao.is_some() => {
+            Some(apply) if !request.gbuffer_only => {
                 let image = Texture::new(gl, "composite", Format::Rgba8, size.0, size.1)?;
                 let target = Target::new(gl, "composite", &[&image], None, size)?;
                 Some((Composite::new(gl, apply)?, image, target))
@@ -91,7 +92,7 @@ impl Pipeline {
             ao,
             composite,
             full_screen: FullScreen::new(gl)?,
-            raw: None,
+            kept: Kept::default(),
             timers: Timers::new(gl, request.timings)?,
             notices,
         })
@@ -123,25 +124,29 @@ impl Pipeline {
         let pass = self.gbuffer.insert(pass);
         let triangles = pass.upload(mesh, camera)?;
         self.timers.pass("gbuffer", || {
-            targets.target.bind();
+            targets.drawn().bind();
             // SAFETY: the context is current, and the target bound.
             unsafe {
                 gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
                 gl.clear_buffer_f32_slice(glow::COLOR, 1, &[background; 4]);
                 gl.clear_buffer_f32_slice(glow::COLOR, 2, &[0.0; 4]);
-                gl.depth_mask(true);
-                gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
             }
             pass.draw(&triangles, size);
             Ok(())
         })?;
         gl::check(gl, "gbuffer")?;
+        if targets.samples() > 1 {
+            self.timers.pass("resolve", || {
+                targets.resolve(&self.full_screen, 0);
+                Ok(())
+            })?;
+            gl::check(gl, "resolve")?;
+        }
 
         let inputs = self.inputs(camera);
         if let Some(ao) = &mut self.ao {
-            let mut raw = self.request.raw.then(|| Image::filled(0, 0, 0.0));
-            ao.run(&inputs, &mut self.timers, raw.as_mut())?;
-            self.raw = raw;
+            let extras = Extras { raw: self.request.raw, edges: self.request.edges };
+            self.kept = ao.run(&inputs, &mut self.timers, extras)?;
             if let Some((composite, _, target)) = &self.composite {
                 self.timers.pass("composite", || {
                     target.bind();
@@ -161,12 +166,35 @@ impl Pipeline {
             background: self.background(),
             normals: (&self.targets.normals).into(),
             normal_encoding: self.targets.encoding,
+            samples: self.targets.depth_samples(),
             projection: camera.projection,
             near: camera.near,
         }
     }
 
-    /// Linear depth, read back; +infinity on background.
+    /// How many samples a pixel has: what the driver gave for [`Settings::msaa`].
+    pub fn samples(&self) -> u32 {
+        self.targets.samples()
+    }
+
+    /// Linear depth of every sample of the pixels, read back: an image for each sample; +infinity on background. The
+    /// first is what [`Pipeline::depth`] reads.
+    ///
+    /// # Errors
+    /// As [`Pipeline::depth`].
+    pub fn depth_samples(&self) -> Result<Vec<Image<f32>>, Error> {
+        let mut images = vec![self.depth()?];
+        for which in 1..self.samples() {
+            self.targets.resolve(&self.full_screen, which);
+            images.push(self.depth()?);
+        }
+        if self.samples() > 1 {
+            self.targets.resolve(&self.full_screen, 0);
+        }
+        Ok(images)
+    }
+
+    /// Linear depth, read back: of sample 0 where a pixel has several; +infinity on background.
     ///
     /// # Errors
     /// What the driver refused, here and in all that read images back.
@@ -207,14 +235,19 @@ impl Pipeline {
     /// As [`Pipeline::depth`]; or there is none, because the G-buffer alone was asked for.
     pub fn ao(&self) -> Result<Image<f32>, Error> {
         match &self.ao {
-            Some(ao) => ao.image(),
-            None => Err(Error::Usage("only the G-buffer was asked for: there is no ambient occlusion".into())),
+            Some(ao) if !self.request.gbuffer_only => ao.image(),
+            _ => Err(Error::Usage("only the G-buffer was asked for: there is no ambient occlusion".into())),
         }
     }
 
     /// Ambient occlusion before the blur, where it was asked for.
     pub fn ao_raw(&self) -> Option<&Image<f32>> {
-        self.raw.as_ref()
+        self.kept.raw.as_ref()
+    }
+
+    /// Which pixels hold more than one surface, where it was asked for; none does without multisample antialiasing.
+    pub fn edges(&self) -> Option<&Image<bool>> {
+        self.kept.edges.as_ref()
     }
 
     /// The final image, where it was asked for, read back.
@@ -248,58 +281,6 @@ impl Pipeline {
         }
         Ok(())
     }
-}
-
-impl Targets {
-    fn new(
-        gl: &Arc<glow::Context>,
-        size: (u32, u32),
-        settings: &Settings,
-        notices: &mut Vec<String>,
-    ) -> Result<Targets, Error> {
-        let (depth_format, depth_name) = match settings.depth_format {
-            DepthFormat::R32f => (Format::R32f, "r32f"),
-            DepthFormat::R16f => (Format::R16f, "r16f"),
-        };
-        let (normal_format, encoding) = normal_format(gl, settings, depth_format, depth_name, notices)?;
-        let (width, height) = size;
-        let colour = Texture::new(gl, "gbuffer: colour", Format::Rgba8, width, height)?;
-        let depth = Texture::new(gl, "gbuffer: depth", depth_format, width, height)?;
-        let normals = Texture::new(gl, "gbuffer: normals", normal_format, width, height)?;
-        let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, width, height)?;
-        let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
-        let target = Target::new(gl, "gbuffer", &[&colour, &depth, &normals], attachment, size)?;
-        Ok(Targets { colour, depth, normals, encoding, _depth_buffer: depth_buffer, target })
-    }
-}
-
-/// The format asked for, or the next best that the driver renders to: RGBA16F, then biased RGBA8.
-fn normal_format(
-    gl: &Arc<glow::Context>,
-    settings: &Settings,
-    depth: Format,
-    depth_name: &str,
-    notices: &mut Vec<String>,
-) -> Result<(Format, NormalEncoding), Error> {
-    let asked = settings.normal_format;
-    let all = [
-        (Format::Rgba8Snorm, NormalEncoding::Signed, NormalFormat::Rgba8Snorm.name()),
-        (Format::Rgba16f, NormalEncoding::Signed, NormalFormat::Rgba16f.name()),
-        (Format::Rgba8, NormalEncoding::Biased, "biased rgba8"),
-    ];
-    for (format, encoding, name) in all.into_iter().skip_while(|&(_, _, name)| name != asked.name()) {
-        let normal = match encoding {
-            NormalEncoding::Signed => [-1.0, 0.5, -0.25],
-            NormalEncoding::Biased => [0.0, 0.75, 0.375],
-        };
-        if probe::renders(gl, depth, (format, normal))? {
-            if name != asked.name() {
-                notices.push(format!("this driver does not render normals in {}: {name} is used", asked.name()));
-            }
-            return Ok((format, encoding));
-        }
-    }
-    Err(Error::gl("gbuffer", format!("this driver renders depth in {depth_name} beside no format of normals")))
 }
 
 fn rgb8(texels: &[f32]) -> Vec<[u8; 3]> {

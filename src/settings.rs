@@ -392,6 +392,11 @@ impl Settings {
         }
     }
 
+    /// How many pixels, in x and in y, a texel of ambient occlusion stands for before the blur.
+    pub fn ao_scale(&self) -> u32 {
+        if self.half_res { 2 } else { 1 }
+    }
+
     /// s_z of the blur: its own, or a quarter of the distance within which the method looks: of R, or for `ssao` of the
     /// depth 2 P.z l_n of its farthest sample.
     ///

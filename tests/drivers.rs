@@ -23,7 +23,7 @@ fn frames(gl: &Arc<glow::Context>, timings: bool) -> Vec<Frame> {
         let shot = if i % 2 == 0 { shot } else { shot.orthographic() };
         let composite = Some(if i % 3 == 0 { Apply::Ambient } else { Apply::All });
         let mut pipeline =
-            Pipeline::new(gl, SIZE, settings, Request { composite, raw: true, timings, ..Request::default() }).unwrap();
+            Pipeline::new(gl, SIZE, settings, Request { composite, raw: true, edges: true, timings, ..Request::default() }).unwrap();
         frames.push(rig::frame(&mut pipeline, &shot, SIZE, settings));
     }
     frames
@@ -107,7 +107,7 @@ fn every_run_gives_the_same_bits() {
     // And one pipeline that renders again, with something else in between.
     let context = Context::open(Backend::Egl).unwrap();
     let settings = &every_switch()[0];
-    let request = Request { composite: Some(Apply::All), raw: true, ..Request::default() };
+    let request = Request { composite: Some(Apply::All), raw: true, edges: true, ..Request::default() };
     let mut pipeline = Pipeline::new(context.gl(), SIZE, settings, request).unwrap();
     let once = rig::frame(&mut pipeline, &scenes::cornell_box(), SIZE, settings);
     rig::frame(&mut pipeline, &scenes::cornell_box().orthographic(), SIZE, settings);

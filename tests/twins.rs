@@ -7,7 +7,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{
-    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, KNOBS, Kind, Method, NormalFormat,
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, KNOBS, Kind, Method, NormalFormat,
     Normals, Radius, Snap,
 };
 use hbao::{AmbientOcclusion, Apply, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
@@ -82,6 +82,10 @@ fn cases() -> Vec<Case> {
             depth_format: draw.one(&[DepthFormat::R32f, DepthFormat::R32f, DepthFormat::R16f]),
             method: if i < CASES { Method::Hbao } else { METHODS[i % METHODS.len()] },
             rays: [1, 2, 4, 7][i % 4],
+            msaa: draw.one(&[1, 4, 4, 2, 8]),
+            edges: draw.one(&[Edges::Supersample, Edges::Supersample, Edges::Off]),
+            half_res: draw.one(&[false, false, true]),
+            ..Settings::default()
         };
         // The twin takes as long as there are samples.
         let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
@@ -101,7 +105,8 @@ fn hold_composite(frame: &Frame, case: &Case) {
                 Apply::All => 1.0,
                 Apply::Ambient => 0.4 / (0.4 + 0.6 * n.dot(light).max(0.0)),
             };
-            let visibility = 1.0 - share * (1.0 - f64::from(frame.ao.at(x, y)));
+            let ao = frame.ao.at(x * frame.ao.width / frame.depth.width, y);
+            let visibility = 1.0 - share * (1.0 - f64::from(ao));
             f64::from(frame.colour.at(x, y)[channel]) / 255.0 * visibility
         });
         let got = frame.composite.map(|c| f64::from(c[channel]) / 255.0);
@@ -122,6 +127,7 @@ fn hold_cases_from(start: usize) {
         let text = case.text();
         twin::hold_gbuffer(&frame, &case.shot, case.size, &case.settings, &text);
         twin::hold_raw(&frame, &case.settings, &text);
+        twin::hold_edges(&frame, &case.settings, &text);
         twin::hold_blur(&frame, &case.settings, &text);
         hold_composite(&frame, &case);
     }

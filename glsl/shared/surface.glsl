@@ -3,10 +3,10 @@
 // Compiled in: ORTHOGRAPHIC, NORMALS_RECTANGLE, NORMALS_BIASED, JITTER_TILE.
 #ifdef NORMALS_RECTANGLE
 uniform sampler2DRect normal_image;
-vec3 stored_normal(vec2 p) { return texture(normal_image, p).xyz; }
+vec3 stored_normal(vec2 p) { return texture(normal_image, pixel_of(p)).xyz; }
 #else
 uniform sampler2D normal_image;
-vec3 stored_normal(vec2 p) { return textureLod(normal_image, p * texel, 0.0).xyz; }
+vec3 stored_normal(vec2 p) { return textureLod(normal_image, pixel_of(p) * texel, 0.0).xyz; }
 #endif
 
 uniform sampler2DRect tile; // 4x4: cos a, sin a, b

@@ -72,9 +72,9 @@ pub(crate) fn encode(pipeline: &Pipeline, show: Show, format: FileFormat, text: 
                 FileFormat::Exr => exr::encode(&normals, text),
             }
         }
-        // One sample a pixel holds one surface: no pixel is an edge.
         Show::Edges => {
-            let edges = pipeline.depth()?.map(|_| 0);
+            let edges = pipeline.edges().ok_or_else(|| not_kept("which pixels are edges"))?;
+            let edges = edges.map(|edge| if edge { 255 } else { 0 });
             match format {
                 FileFormat::Png => png::encode(&edges, text),
                 FileFormat::Exr => exr::encode(&edges.map(unit), text),

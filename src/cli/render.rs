@@ -102,6 +102,7 @@ impl Wanted {
             gbuffer_only: !self.whole() && !matches!(self.show, Show::Final | Show::Ao | Show::AoRaw),
             composite: (self.show == Show::Final).then_some(self.apply),
             raw: self.show == Show::AoRaw || self.dump.is_some(),
+            edges: self.show == Show::Edges || self.dump.is_some(),
             timings: self.timings.is_some(),
         }
     }
@@ -202,13 +203,14 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
+    say(&samples_given(&settings, &pipeline));
     let mut times = pipeline.render(&scene.mesh, &camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders when they first draw, which is not what a pass takes.
         times = pipeline.render(&scene.mesh, &camera)?;
     }
 
-    let origin = origin(&settings, &flags, &camera, &wanted, &context);
+    let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
     let text = metadata(&origin);
     // All is encoded before anything is written, so that an interrupt finds few moments with files under way.
     let mut files = vec![(wanted.output.clone(), encode(&pipeline, wanted.show, wanted.format, &text)?)];
@@ -220,7 +222,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         }
         files.push((folder.join(ROTATION), exr::encode(&rotation_tile(&resolved), &text)?));
     }
-    files.extend(wanted.timings.clone().map(|path| (path, timings(&context, flags.size, &times).into_bytes())));
+    files.extend(
+        wanted.timings.clone().map(|path| {
+            (path, timings(&context, flags.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
+        }),
+    );
     let mut outputs = Outputs::new();
     files.iter().try_for_each(|(path, bytes)| outputs.stage(path, bytes))?;
     outputs.commit()?;
@@ -233,7 +239,14 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 /// The settings as a settings file holds them, and in a table of its own, which [`Settings::read_toml`] passes over,
 /// all else that the image follows from. The backend is not part of it: by EGL and by OSMesa, one driver renders the
 /// same image, and the files are equal to the byte.
-fn origin(settings: &Settings, flags: &Flags, camera: &Camera, wanted: &Wanted, context: &Context) -> String {
+fn origin(
+    settings: &Settings,
+    flags: &Flags,
+    camera: &Camera,
+    wanted: &Wanted,
+    context: &Context,
+    samples: u32,
+) -> String {
     let numbers = |v: glam::DVec3| toml::Value::from(v.to_array().to_vec());
     let mut render = toml::Table::new();
     let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
@@ -255,6 +268,7 @@ fn origin(settings: &Settings, flags: &Flags, camera: &Camera, wanted: &Wanted, 
     put("far", camera.far.into());
     let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);
     put("apply", apply.into());
+    put("samples", i64::from(samples).into());
     // SAFETY: the context is current on this thread, and these are core parameters.
     let (renderer, version) = unsafe {
         let gl = context.gl();
@@ -273,8 +287,13 @@ fn typed(degrees: f64) -> f64 {
     (degrees * 1e10).round() / 1e10
 }
 
+/// What is said of the samples asked for and given.
+fn samples_given(settings: &Settings, pipeline: &Pipeline) -> String {
+    format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples())
+}
+
 /// What `--timings` writes.
-fn timings(context: &Context, size: (u32, u32), times: &[PassTime]) -> String {
+fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
     // SAFETY: the context is current on this thread, and this is a core parameter.
     let renderer = unsafe { context.gl().get_parameter_string(glow::RENDERER) };
     let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
@@ -282,6 +301,7 @@ fn timings(context: &Context, size: (u32, u32), times: &[PassTime]) -> String {
         "backend": context.backend().name(),
         "renderer": renderer,
         "size": [size.0, size.1],
+        "msaa": { "asked": asked, "given": given },
         "passes": times.iter().map(pass).collect::<Vec<_>>(),
         "total_ms": times.iter().map(|time| time.wall_ms).sum::<f64>(),
     });

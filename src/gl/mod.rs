@@ -12,7 +12,7 @@ use glow::HasContext;
 pub(crate) use program::{Defines, Program, Source, source};
 pub(crate) use target::{Renderbuffer, Target};
 pub use texture::Format;
-pub(crate) use texture::Texture;
+pub(crate) use texture::{MultisampleTexture, Texture};
 pub use timer::{PassTime, Timers};
 
 /// Turns the errors that OpenGL has recorded into ours. `place` is the pass or object at hand.
@@ -40,6 +40,13 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
             },
         )),
     }
+}
+
+/// The most samples a pixel that this driver can draw into textures and read from them.
+pub(crate) fn sample_limit(gl: &glow::Context) -> u32 {
+    // SAFETY: the context is current, and these are core parameters.
+    let limits = [glow::MAX_SAMPLES, glow::MAX_COLOR_TEXTURE_SAMPLES].map(|p| unsafe { gl.get_parameter_i32(p) });
+    limits.into_iter().min().unwrap_or(1).max(1) as u32
 }
 
 /// The largest width and height that this driver renders to and samples from.

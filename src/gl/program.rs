@@ -142,11 +142,16 @@ impl Program {
         self
     }
 
+    /// Sets an int of the program in use.
+    pub(crate) fn int(&self, name: &str, value: i32) -> &Program {
+        // SAFETY: as `float`.
+        unsafe { self.gl.uniform_1_i32(self.gl.get_uniform_location(self.id, name).as_ref(), value) };
+        self
+    }
+
     /// Points a sampler of the program in use at a texture unit.
     pub(crate) fn unit(&self, name: &str, unit: u32) -> &Program {
-        // SAFETY: as `float`.
-        unsafe { self.gl.uniform_1_i32(self.gl.get_uniform_location(self.id, name).as_ref(), unit as i32) };
-        self
+        self.int(name, unit as i32)
     }
 }
 

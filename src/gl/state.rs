@@ -48,6 +48,7 @@ struct Stencil {
 struct Unit {
     flat: Option<glow::Texture>,
     rectangle: Option<glow::Texture>,
+    multisample: Option<glow::Texture>,
     sampler: Option<glow::Sampler>,
 }
 
@@ -117,6 +118,7 @@ impl SavedState {
                 Unit {
                     flat: gl.get_parameter_texture(glow::TEXTURE_BINDING_2D),
                     rectangle: gl.get_parameter_texture(glow::TEXTURE_BINDING_RECTANGLE),
+                    multisample: gl.get_parameter_texture(glow::TEXTURE_BINDING_2D_MULTISAMPLE),
                     sampler: gl.get_parameter_sampler(glow::SAMPLER_BINDING),
                 }
             });
@@ -162,6 +164,7 @@ impl Drop for SavedState {
                 gl.active_texture(glow::TEXTURE0 + unit as u32);
                 gl.bind_texture(glow::TEXTURE_2D, bound.flat);
                 gl.bind_texture(glow::TEXTURE_RECTANGLE, bound.rectangle);
+                gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, bound.multisample);
                 gl.bind_sampler(unit as u32, bound.sampler);
             }
             gl.active_texture(self.active_unit);

@@ -1,6 +1,7 @@
 //! Framebuffers, and the depth-stencil buffers attached to them.
 
-use super::{Texture, check};
+use super::texture::DefaultPacking;
+use super::{MultisampleTexture, Texture, check};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -12,20 +13,21 @@ pub(crate) struct Renderbuffer {
 }
 
 impl Renderbuffer {
-    /// Allocates one of `format`. Changes the renderbuffer binding.
+    /// Allocates one of `format`, with 0 samples for one that is not multisample. Changes the renderbuffer binding.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
         format: u32,
-        width: u32,
-        height: u32,
+        (width, height): (u32, u32),
+        samples: u32,
     ) -> Result<Renderbuffer, Error> {
         // SAFETY: the context is current.
         unsafe {
             let id = gl.create_renderbuffer().map_err(|e| Error::gl(place, e))?;
             let buffer = Renderbuffer { gl: gl.clone(), id };
             gl.bind_renderbuffer(glow::RENDERBUFFER, Some(id));
-            gl.renderbuffer_storage(glow::RENDERBUFFER, format, width as i32, height as i32);
+            let (width, height) = (width as i32, height as i32);
+            gl.renderbuffer_storage_multisample(glow::RENDERBUFFER, samples as i32, format, width, height);
             check(gl, place)?;
             Ok(buffer)
         }
@@ -36,6 +38,24 @@ impl Drop for Renderbuffer {
     fn drop(&mut self) {
         // SAFETY: the renderbuffer is ours, and the context current by the room's contract.
         unsafe { self.gl.delete_renderbuffer(self.id) };
+    }
+}
+
+/// What a framebuffer draws colours into.
+pub(crate) trait Attachment {
+    /// The kind of texture, and its name.
+    fn texture(&self) -> (u32, glow::Texture);
+}
+
+impl Attachment for Texture {
+    fn texture(&self) -> (u32, glow::Texture) {
+        (glow::TEXTURE_RECTANGLE, self.id)
+    }
+}
+
+impl Attachment for MultisampleTexture {
+    fn texture(&self) -> (u32, glow::Texture) {
+        (glow::TEXTURE_2D_MULTISAMPLE, self.id)
     }
 }
 
@@ -53,7 +73,7 @@ impl Target {
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
-        colours: &[&Texture],
+        colours: &[&dyn Attachment],
         depth: Option<(u32, &Renderbuffer)>,
         (width, height): (u32, u32),
     ) -> Result<Target, Error> {
@@ -64,7 +84,8 @@ impl Target {
             gl.bind_framebuffer(glow::FRAMEBUFFER, Some(id));
             let attachments: Vec<u32> = (0..colours.len() as u32).map(|i| glow::COLOR_ATTACHMENT0 + i).collect();
             for (&attachment, texture) in attachments.iter().zip(colours) {
-                gl.framebuffer_texture_2d(glow::FRAMEBUFFER, attachment, glow::TEXTURE_RECTANGLE, Some(texture.id), 0);
+                let (kind, id) = texture.texture();
+                gl.framebuffer_texture_2d(glow::FRAMEBUFFER, attachment, kind, Some(id), 0);
             }
             if let Some((point, buffer)) = depth {
                 gl.framebuffer_renderbuffer(glow::FRAMEBUFFER, point, glow::RENDERBUFFER, Some(buffer.id));
@@ -82,6 +103,27 @@ impl Target {
             check(gl, place)?;
             Ok(target)
         }
+    }
+
+    /// The stencil's value of each pixel, the bottom row first.
+    pub(crate) fn read_stencil(&self) -> Result<Vec<u8>, Error> {
+        let mut bytes = vec![0; self.width as usize * self.height as usize];
+        let _packing = DefaultPacking::set(&self.gl, 1);
+        // SAFETY: the context is current, and `bytes` holds a byte for each pixel, packed without gaps.
+        unsafe {
+            self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id));
+            self.gl.read_pixels(
+                0,
+                0,
+                self.width as i32,
+                self.height as i32,
+                glow::STENCIL_INDEX,
+                glow::UNSIGNED_BYTE,
+                glow::PixelPackData::Slice(Some(&mut bytes)),
+            );
+        }
+        check(&self.gl, "reading the stencil back")?;
+        Ok(bytes)
     }
 
     /// Makes it what is drawn to, over its whole size.

@@ -1,4 +1,5 @@
-//! Rectangle textures: unnormalised coordinates, no mipmaps, and the fastest fetch on software drivers.
+//! Rectangle textures: unnormalised coordinates, no mipmaps, and the fastest fetch on software drivers. And multisample
+//! ones.
 
 use super::check;
 use crate::Error;
@@ -136,7 +137,7 @@ impl Texture {
     /// Every texel as floats, as shaders see them, the bottom row first.
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
-        let _packing = DefaultPacking::set(&self.gl);
+        let _packing = DefaultPacking::set(&self.gl, 4);
         // SAFETY: the context is current, and `bytes` holds one float for each component that is written, packed
         // tightly: rows of floats are whole multiples of the alignment of 4. glGetTexImage does not clamp signed
         // values, as glReadPixels does.
@@ -164,23 +165,23 @@ const PACK: [u32; 6] = [
     glow::PACK_LSB_FIRST,
 ];
 
-/// Pixels packed as OpenGL starts out, and the caller's way to pack them put back when dropped: with another, a read
+/// Pixels packed as OpenGL starts out but for the alignment of rows, and the caller's way to pack them put back when dropped: with another, a read
 /// back image would reach past the memory made for it.
-struct DefaultPacking<'a> {
+pub(super) struct DefaultPacking<'a> {
     gl: &'a glow::Context,
     buffer: Option<glow::Buffer>,
     values: [i32; PACK.len()],
 }
 
 impl DefaultPacking<'_> {
-    fn set(gl: &glow::Context) -> DefaultPacking<'_> {
+    pub(super) fn set(gl: &glow::Context, alignment: i32) -> DefaultPacking<'_> {
         // SAFETY: the context is current, and these are core parameters of one value.
         unsafe {
             let buffer = gl.get_parameter_buffer(glow::PIXEL_PACK_BUFFER_BINDING);
             let saved = DefaultPacking { gl, buffer, values: PACK.map(|parameter| gl.get_parameter_i32(parameter)) };
             gl.bind_buffer(glow::PIXEL_PACK_BUFFER, None);
             PACK.into_iter()
-                .zip([4, 0, 0, 0, 0, 0])
+                .zip([alignment, 0, 0, 0, 0, 0])
                 .for_each(|(parameter, value)| gl.pixel_store_i32(parameter, value));
             saved
         }
@@ -194,6 +195,51 @@ impl Drop for DefaultPacking<'_> {
             PACK.into_iter().zip(self.values).for_each(|(parameter, value)| self.gl.pixel_store_i32(parameter, value));
             self.gl.bind_buffer(glow::PIXEL_PACK_BUFFER, self.buffer);
         }
+    }
+}
+
+/// A multisample texture, which only `texelFetch` reads.
+pub(crate) struct MultisampleTexture {
+    gl: Arc<glow::Context>,
+    pub(crate) id: glow::Texture,
+}
+
+impl MultisampleTexture {
+    /// Allocates one of `samples` texels a pixel, or of as many as the driver takes for them, at the same places in
+    /// every texture of as many. Changes the multisample texture binding of the active unit.
+    pub(crate) fn new(
+        gl: &Arc<glow::Context>,
+        place: &str,
+        format: Format,
+        (width, height): (u32, u32),
+        samples: u32,
+    ) -> Result<MultisampleTexture, Error> {
+        let (internal, width, height) = (format.gl().0 as i32, width as i32, height as i32);
+        // SAFETY: the context is current.
+        unsafe {
+            let id = gl.create_texture().map_err(|e| Error::gl(place, e))?;
+            let texture = MultisampleTexture { gl: gl.clone(), id };
+            gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(id));
+            gl.tex_image_2d_multisample(glow::TEXTURE_2D_MULTISAMPLE, samples as i32, internal, width, height, true);
+            check(gl, place)?;
+            Ok(texture)
+        }
+    }
+
+    /// How many texels a pixel has: as many as asked for, or more.
+    pub(crate) fn samples(&self) -> u32 {
+        // SAFETY: the context is current and the texture ours.
+        unsafe {
+            self.gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(self.id));
+            self.gl.get_tex_level_parameter_i32(glow::TEXTURE_2D_MULTISAMPLE, 0, glow::TEXTURE_SAMPLES) as u32
+        }
+    }
+}
+
+impl Drop for MultisampleTexture {
+    fn drop(&mut self) {
+        // SAFETY: the texture is ours, and the context current by the room's contract.
+        unsafe { self.gl.delete_texture(self.id) };
     }
 }
 

@@ -11,8 +11,9 @@ pub(crate) struct Background {
 }
 
 impl Background {
-    pub(crate) fn new(gl: &Arc<glow::Context>, depth: TextureTarget) -> Result<Background, Error> {
-        let defines = depth_defines(depth);
+    /// A texel of the target stands for `scale` pixels.
+    pub(crate) fn new(gl: &Arc<glow::Context>, depth: TextureTarget, scale: [u32; 2]) -> Result<Background, Error> {
+        let defines = depth_defines(depth, scale);
         let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("background.frag")])?;
         Ok(Background { program })
     }

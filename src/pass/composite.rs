@@ -30,9 +30,11 @@ impl Composite {
         Ok(Composite { program })
     }
 
-    /// Draws into the bound target.
+    /// Draws into the bound target. Ambient occlusion may be at half the colour's size, rounded up.
     pub(crate) fn draw(&self, full_screen: &FullScreen, colour: &Texture, ao: &Texture) {
-        self.program.bind().unit("colour_image", 0).unit("ao_image", 1);
+        let halved = (ao.width, ao.height) != (colour.width, colour.height);
+        let ao_texels = if halved { 0.5 } else { 1.0 };
+        self.program.bind().unit("colour_image", 0).unit("ao_image", 1).float("ao_texels", ao_texels);
         full_screen.bind_texture(0, colour.into());
         full_screen.bind_texture(1, ao.into());
         full_screen.draw();

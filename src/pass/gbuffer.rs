@@ -1,6 +1,6 @@
 //! The G-buffer (ShaderX7 6.2, Input buffers): colour, linear depth and normals of the triangles, in one pass.
 
-use super::{RAY, pixel_extent};
+use super::{Grid, RAY};
 use crate::Error;
 use crate::gl::{Defines, Program, check, source};
 use crate::scene::{Camera, Mesh, Projection};
@@ -36,7 +36,6 @@ pub(crate) struct Triangles {
     vertices: glow::VertexArray,
     buffers: Vec<glow::Buffer>,
     groups: Vec<([f32; 3], Range<usize>)>,
-    projection: [f32; 16],
     camera: Camera,
 }
 
@@ -70,7 +69,6 @@ impl GBuffer {
             vertices,
             buffers: Vec::new(),
             groups: mesh.groups.iter().map(|group| (group.colour, group.triangles.clone())).collect(),
-            projection: matrix(camera),
             camera: *camera,
         };
         // SAFETY: the context is current.
@@ -92,23 +90,22 @@ impl GBuffer {
     pub(crate) fn draw(&self, triangles: &Triangles, size: (u32, u32)) {
         let (gl, camera) = (&self.gl, &triangles.camera);
         let program = self.program.bind();
-        program
-            .mat4("projection", &triangles.projection)
-            .vec2("size", [f64::from(size.0), f64::from(size.1)])
-            .vec2("pixel", pixel_extent(camera.projection, size))
-            .vec3("light", LIGHT)
-            .vec2("shading", SHADING)
-            .vec2("near_far", [camera.near, camera.far]);
+        Grid { full: size, scale: [1, 1] }.bind(program, camera.projection);
+        program.vec3("light", LIGHT).vec2("shading", SHADING).vec2("near_far", [camera.near, camera.far]);
         // SAFETY: the context is current; the groups' ranges lie within the index buffer, by `Mesh`'s contract.
         unsafe {
             gl.enable(glow::DEPTH_TEST);
             gl.depth_func(glow::LESS);
             gl.depth_mask(true);
             gl.bind_vertex_array(Some(triangles.vertices));
-            for (colour, range) in &triangles.groups {
-                program.vec3("diffuse", *colour);
-                let count = 3 * range.len() as i32;
-                gl.draw_elements(glow::TRIANGLES, count, glow::UNSIGNED_INT, 12 * range.start as i32);
+            for [near, far] in slices(camera) {
+                program.mat4("projection", &matrix(camera.projection, near, far));
+                gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
+                for (colour, range) in &triangles.groups {
+                    program.vec3("diffuse", *colour);
+                    let count = 3 * range.len() as i32;
+                    gl.draw_elements(glow::TRIANGLES, count, glow::UNSIGNED_INT, 12 * range.start as i32);
+                }
             }
             gl.disable(glow::DEPTH_TEST);
         }
@@ -155,12 +152,29 @@ fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
     vectors.flatten().flat_map(|f| f.to_ne_bytes()).collect()
 }
 
+/// How far away the end of a slice may be, as a multiple of its beginning.
+const SLICE: f64 = 100.0;
+
+/// The view in slices of depth, the farthest first, each drawn over those behind it with a depth buffer of its own. The
+/// depth test resolves 2^-24 of 1/near - 1/far: over the whole of a near/far ratio of 1e-6 that would leave 6 % of the
+/// far end's distance, over a slice it is 6e-6. A depth written by the fragment shader would resolve as much, but be
+/// one for all samples of a pixel, taken where the triangle may not even be.
+fn slices(camera: &Camera) -> Vec<[f64; 2]> {
+    let (near, far) = (camera.near, camera.far);
+    let count = match camera.projection {
+        Projection::Perspective { .. } => (far / near).log(SLICE).ceil().max(1.0),
+        Projection::Orthographic { .. } => 1.0,
+    };
+    let end = |i: f64| if i == count { far } else { near * (far / near).powf(i / count) };
+    (0..count as u32).rev().map(|i| [end(i.into()), end(f64::from(i) + 1.0)]).collect()
+}
+
 /// Left-handed eye space to clip space, column by column: z from near to far becomes -w to w.
-fn matrix(camera: &Camera) -> [f32; 16] {
-    // A hair apart from the planes, on which float32 might clip what lies in them; the shader clamps z to them.
-    let (near, far) = (camera.near * (1.0 - 1e-6), camera.far * (1.0 + 1e-6));
+fn matrix(projection: Projection, near: f64, far: f64) -> [f32; 16] {
+    // A hair apart from the planes, on which float32 might clip what lies in them; the shader clamps z to the view's.
+    let (near, far) = (near * (1.0 - 1e-6), far * (1.0 + 1e-6));
     let mut m = [0.0; 16];
-    match camera.projection {
+    match projection {
         Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
             m[0] = 1.0 / tan_half_fov_x;
             m[5] = 1.0 / tan_half_fov_y;

@@ -2,8 +2,8 @@
 //! their shaders: a file of its own each, here and in `glsl/`.
 
 use super::{
-    DepthInput, FETCH, FULLSCREEN, FullScreen, RAY, TextureRef, TextureTarget, depth_defines, hbao, hbao_talk,
-    microsphere, pixel_extent, ray_march,
+    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, hbao, hbao_talk,
+    microsphere, ray_march,
 };
 use crate::Error;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
@@ -81,17 +81,18 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target. `near` is where rays are clipped and `radius` is R, both in scene units.
+    /// Draws A into the bound target, whose texels `grid` is. `near` is where rays are clipped and `radius` is R, both in scene units.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
         depth: &DepthInput,
         normals: TextureRef,
-        (projection, near): (Projection, f64),
+        (grid, projection, near): (Grid, Projection, f64),
         (radius, settings): (f64, &Settings),
     ) {
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
+        grid.bind(program, projection);
         full_screen.bind_texture(1, normals);
         if let Some(tile) = &self.tile {
             full_screen.bind_texture(2, tile.into());
@@ -99,7 +100,6 @@ impl MethodPass {
         program
             .unit("normal_image", 1)
             .unit("tile", 2)
-            .vec2("pixel", pixel_extent(projection, depth.size))
             .float("near", near)
             .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
@@ -115,7 +115,7 @@ fn defines(settings: &Settings, variant: Variant) -> Defines {
         let separator = if directions.is_empty() { "" } else { ", " };
         let _ = write!(directions, "{separator}vec2({:?}, {:?})", x as f32, y as f32);
     }
-    let mut defines = depth_defines(variant.depth)
+    let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2])
         .value("N_D", settings.directions)
         .value("N_S", settings.steps)
         .value("DIRECTIONS", directions)

@@ -4,6 +4,7 @@
 pub(crate) mod background;
 pub(crate) mod blur;
 pub(crate) mod composite;
+pub(crate) mod edges;
 pub(crate) mod gbuffer;
 mod hbao;
 mod hbao_talk;
@@ -11,10 +12,12 @@ pub(crate) mod method;
 mod microsphere;
 pub(crate) mod probe;
 mod ray_march;
+pub(crate) mod resolve;
 
 use crate::Error;
 use crate::gl::{Defines, Program, Source, Texture, source};
 use crate::scene::Projection;
+use crate::settings::DepthSigma;
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -61,13 +64,63 @@ impl From<&Texture> for TextureRef {
     }
 }
 
+/// A multisample texture (`GL_TEXTURE_2D_MULTISAMPLE`) of somebody else's that holds linear depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DepthSamples {
+    /// The texture.
+    pub texture: glow::Texture,
+    /// How many samples a pixel has, as the driver gave them (`GL_TEXTURE_SAMPLES`).
+    pub samples: u32,
+}
+
+/// The texels of a target, each of which stands for `scale` pixels of the full image in x and y: at half resolution
+/// texel (i, j) for the pixel (2i, 2j), which is inside, since the size is rounded up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Grid {
+    /// The full image's width and height.
+    pub(crate) full: (u32, u32),
+    pub(crate) scale: [u32; 2],
+}
+
+impl Grid {
+    /// Width and height in texels.
+    pub(crate) fn size(self) -> (u32, u32) {
+        (self.full.0.div_ceil(self.scale[0]), self.full.1.div_ceil(self.scale[1]))
+    }
+
+    /// Where the view's axis lies, in texels: at full.x / 2 pixels, of which texel x + 0.5 is number scale x + 0.5.
+    fn axis(self) -> [f64; 2] {
+        let along = |full: u32, scale: u32| (f64::from(full) / 2.0 + f64::from(scale - 1) / 2.0) / f64::from(scale);
+        [along(self.full.0, self.scale[0]), along(self.full.1, self.scale[1])]
+    }
+
+    /// What a texel adds to x' and y' (`pixel` of `glsl/shared/ray.glsl`).
+    fn texel_extent(self, projection: Projection) -> [f64; 2] {
+        let (half_x, half_y) = match projection {
+            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => (tan_half_fov_x, tan_half_fov_y),
+            Projection::Orthographic { half_width, half_height } => (half_width, half_height),
+        };
+        let [x, y] = self.scale.map(f64::from);
+        [x * 2.0 * half_x / f64::from(self.full.0), y * 2.0 * half_y / f64::from(self.full.1)]
+    }
+
+    /// Tells the program in use what `glsl/shared/ray.glsl` asks for.
+    fn bind(self, program: &Program, projection: Projection) {
+        let (width, height) = self.size();
+        program
+            .vec2("size", [f64::from(width), f64::from(height)])
+            .vec2("axis", self.axis())
+            .vec2("pixel", self.texel_extent(projection));
+    }
+}
+
 /// Linear depth as a pass reads it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthInput {
     pub(crate) image: TextureRef,
     /// Depths from here on are background.
     pub(crate) background: f32,
-    /// In texels.
+    /// Its width and height in texels: the full image's.
     pub(crate) size: (u32, u32),
 }
 
@@ -79,26 +132,33 @@ impl DepthInput {
         program
             .unit("depth_image", unit)
             .float("background", f64::from(self.background))
-            .vec2("size", [width, height])
             .vec2("texel", [1.0 / width, 1.0 / height]);
     }
 }
 
-/// What `glsl/shared/fetch.glsl` is compiled for.
-fn depth_defines(depth: TextureTarget) -> Defines {
-    match depth {
+/// What `glsl/shared/fetch.glsl` is compiled for, where a texel of the target stands for so many pixels.
+fn depth_defines(depth: TextureTarget, scale: [u32; 2]) -> Defines {
+    let defines = match depth {
         TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
         TextureTarget::Texture2d => Defines::default(),
-    }
+    };
+    if scale == [1, 1] { defines } else { defines.value("SCALE", pixels(scale)) }
 }
 
-/// What a texel adds to x' and y' (`pixel` of `glsl/shared/ray.glsl`).
-pub(crate) fn pixel_extent(projection: Projection, (width, height): (u32, u32)) -> [f64; 2] {
-    let (half_x, half_y) = match projection {
-        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => (tan_half_fov_x, tan_half_fov_y),
-        Projection::Orthographic { half_width, half_height } => (half_width, half_height),
-    };
-    [2.0 * half_x / f64::from(width), 2.0 * half_y / f64::from(height)]
+/// A scale in GLSL.
+fn pixels([x, y]: [u32; 2]) -> String {
+    format!("vec2({x}.0, {y}.0)")
+}
+
+/// s_z in a uniform of two numbers: in scene units, and as a share of the depth.
+fn depth_sigma(program: &Program, sigma: DepthSigma) {
+    program.vec2(
+        "depth_sigma",
+        match sigma {
+            DepthSigma::Units(sigma) => [sigma.min(f32::MAX.into()), 0.0],
+            DepthSigma::OfDepth(share) => [0.0, share],
+        },
+    );
 }
 
 /// Draws a triangle over the whole window, with a sampler that reads the nearest texel of level 0 and clamps.
@@ -137,6 +197,15 @@ impl FullScreen {
             self.gl.active_texture(glow::TEXTURE0 + unit);
             self.gl.bind_texture(image.target.gl(), Some(image.texture));
             self.gl.bind_sampler(unit, Some(self.sampler));
+        }
+    }
+
+    /// Puts a multisample texture on a unit.
+    pub(crate) fn bind_samples(&self, unit: u32, texture: glow::Texture) {
+        // SAFETY: as `bind_texture`.
+        unsafe {
+            self.gl.active_texture(glow::TEXTURE0 + unit);
+            self.gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(texture));
         }
     }
 

@@ -1,57 +1,143 @@
-//! The float64 twin of `glsl/blur.frag`: the cross-bilateral blur, ShaderX7 6.2, separated and in full.
+//! The float64 twin of `glsl/blur.frag`: the cross-bilateral blur, ShaderX7 6.2, separated and in full, from half
+//! resolution and on edges; and the 4x4 blur of 6.1.
+#![allow(non_snake_case)]
 
+use super::edges::edges;
 use crate::Error;
 use crate::image::Image;
-use crate::settings::{BlurKernel, DepthSigma, Settings};
+use crate::settings::{BlurKernel, DepthSigma, Edges, Method, Settings};
 use rayon::prelude::*;
 
-/// Blurs `ao` as the settings say, with the weights of `depth` (linear, infinite on background). Background is 1.
+/// Blurs `ao` as the settings say, with the weights of `depth` (linear, infinite on background), and brings it to its
+/// size. `samples`, the depth samples of the pixels, an image for each, may be none: then no pixel is an edge.
+/// Background is 1.
 ///
 /// # Errors
 /// A depth sigma that follows from a radius in percent.
-pub fn blur(ao: &Image<f64>, depth: &Image<f32>, settings: &Settings) -> Result<Image<f64>, Error> {
+pub fn blur(
+    ao: &Image<f64>,
+    depth: &Image<f32>,
+    samples: &[Image<f32>],
+    settings: &Settings,
+) -> Result<Image<f64>, Error> {
     let sigma = settings.depth_sigma()?;
     let radius = i64::from(settings.blur / 2);
-    Ok(match (settings.blur, settings.blur_kernel) {
-        (0, _) => ao.clone(),
-        (_, BlurKernel::Separable) => {
-            let x = pass(ao, depth, sigma, radius, [radius, 0]);
-            pass(&x, depth, sigma, radius, [0, radius])
+    let scale = i64::from(settings.ao_scale());
+    if settings.blur == 0 || settings.method == Method::None {
+        return Ok(ao.clone());
+    }
+    let square =
+        if settings.method == Method::Ssao { Taps::Crysis } else { Taps::Gaussian { radius, reach: [radius, radius] } };
+    let (half, full) = ([scale; 2], [1; 2]);
+    let mut blurred = match (settings.method, settings.blur_kernel) {
+        (Method::Ssao, _) | (_, BlurKernel::Full) => {
+            Pass { ao, depth, sigma, taps: square, from: half, to: full }.everywhere()
         }
-        (_, BlurKernel::Full) => pass(ao, depth, sigma, radius, [radius, radius]),
-    })
+        (_, BlurKernel::Separable) => {
+            let x = Taps::Gaussian { radius, reach: [radius, 0] };
+            let y = Taps::Gaussian { radius, reach: [0, radius] };
+            // From half resolution X leaves half the rows, and Y fills in the others.
+            let rows = Pass { ao, depth, sigma, taps: x, from: half, to: [1, scale] }.everywhere();
+            Pass { ao: &rows, depth, sigma, taps: y, from: [1, scale], to: full }.everywhere()
+        }
+    };
+    if !samples.is_empty() && settings.edges == Edges::Supersample {
+        let edges = edges(samples, settings)?;
+        let whole = Pass { ao, depth, sigma, taps: square, from: half, to: full };
+        for (i, blurred) in blurred.texels.iter_mut().enumerate().filter(|&(i, _)| edges.texels[i]) {
+            let (x, y) = ((i % depth.width) as i64, (i / depth.width) as i64);
+            let around = samples.iter().map(|image| whole.around(x, y, f64::from(image.texels[i])));
+            *blurred = around.sum::<f64>() / samples.len() as f64;
+        }
+    }
+    Ok(blurred)
 }
 
-/// One pass over the taps within `reach` of each pixel in x and y.
-fn pass(ao: &Image<f64>, depth: &Image<f32>, sigma: DepthSigma, radius: i64, reach: [i64; 2]) -> Image<f64> {
-    let (width, height) = (ao.width as i64, ao.height as i64);
-    // s = (radius + 1) / 2 texels.
-    let s = (radius + 1) as f64 / 2.0;
-    let blurred = |x: i64, y: i64| {
-        let z = f64::from(depth.at(x as usize, y as usize));
+/// Which taps, and their weights in the image.
+#[derive(Clone, Copy)]
+enum Taps {
+    /// Within `reach` pixels in x and y.
+    Gaussian { radius: i64, reach: [i64; 2] },
+    /// Two texels of ambient occlusion before the pixel's own to one after it.
+    Crysis,
+}
+
+/// One pass. A texel of `ao` stands for `from` pixels in x and y, a texel of the result for `to`: (i, j) for the pixel
+/// (i, j) times that.
+struct Pass<'a> {
+    ao: &'a Image<f64>,
+    depth: &'a Image<f32>,
+    sigma: DepthSigma,
+    taps: Taps,
+    from: [i64; 2],
+    to: [i64; 2],
+}
+
+impl Pass<'_> {
+    fn everywhere(&self) -> Image<f64> {
+        let width = self.depth.width.div_ceil(self.to[0] as usize);
+        let height = self.depth.height.div_ceil(self.to[1] as usize);
+        let texel = |i: usize| {
+            let (x, y) = ((i % width) as i64 * self.to[0], (i / width) as i64 * self.to[1]);
+            self.around(x, y, f64::from(self.depth.at(x as usize, y as usize)))
+        };
+        Image { width, height, texels: (0..width * height).into_par_iter().map(texel).collect() }
+    }
+
+    /// At the pixel (x, y), around the depth z.
+    fn around(&self, x: i64, y: i64, z: f64) -> f64 {
         if z.is_infinite() {
             return 1.0;
         }
         let (mut sum, mut weights) = (0.0, 0.0);
-        for ky in -reach[1]..=reach[1] {
-            for kx in -reach[0]..=reach[0] {
-                let (tap_x, tap_y) = (x + kx, y + ky);
-                // Taps outside the image and on background weigh nothing.
-                if !(0..width).contains(&tap_x) || !(0..height).contains(&tap_y) {
-                    continue;
-                }
-                let tap_z = f64::from(depth.at(tap_x as usize, tap_y as usize));
-                if tap_z.is_infinite() {
-                    continue;
-                }
-                let weight = (-(kx * kx + ky * ky) as f64 / (2.0 * s * s)).exp()
-                    * (-((tap_z - z) / sigma.at(z)).powi(2) / 2.0).exp();
-                sum += weight * ao.at(tap_x as usize, tap_y as usize);
-                weights += weight;
+        let (mut nearest, mut nearest_distance) = (1.0, f64::INFINITY);
+        for (i, j, in_image) in self.taps_about(x, y) {
+            // A tap's depth is that of the pixel where its A was computed.
+            let (tap_x, tap_y) = (i * self.from[0], j * self.from[1]);
+            // Taps outside the image and on background weigh nothing.
+            let inside =
+                (0..self.depth.width as i64).contains(&tap_x) && (0..self.depth.height as i64).contains(&tap_y);
+            if !inside || self.depth.at(tap_x as usize, tap_y as usize).is_infinite() {
+                continue;
+            }
+            let dz = f64::from(self.depth.at(tap_x as usize, tap_y as usize)) - z;
+            let in_depth = match self.taps {
+                Taps::Gaussian { .. } => (-(dz / self.sigma.at(z)).powi(2) / 2.0).exp(),
+                Taps::Crysis => f64::from(u8::from(dz.abs() <= self.sigma.at(z))),
+            };
+            let A = self.ao.at(i as usize, j as usize);
+            sum += in_image * in_depth * A;
+            weights += in_image * in_depth;
+            if dz.abs() < nearest_distance {
+                (nearest, nearest_distance) = (A, dz.abs());
             }
         }
-        sum / weights
-    };
-    let texels = (0..width * height).into_par_iter().map(|i| blurred(i % width, i / width)).collect();
-    Image { width: ao.width, height: ao.height, texels }
+        if weights < 1e-6 { nearest } else { sum / weights }
+    }
+
+    /// The texels of `ao` about a pixel, row by row, and their weights.
+    fn taps_about(&self, x: i64, y: i64) -> Vec<(i64, i64, f64)> {
+        let home = [x / self.from[0], y / self.from[1]];
+        let mut taps = Vec::new();
+        match self.taps {
+            Taps::Gaussian { radius, reach } => {
+                // s = (radius + 1) / 2 pixels.
+                let s = (radius + 1) as f64 / 2.0;
+                for j in home[1] - reach[1]..=home[1] + reach[1] {
+                    for i in home[0] - reach[0]..=home[0] + reach[0] {
+                        let (kx, ky) = (i * self.from[0] - x, j * self.from[1] - y);
+                        if kx.abs() <= radius && ky.abs() <= radius {
+                            taps.push((i, j, (-(kx * kx + ky * ky) as f64 / (2.0 * s * s)).exp()));
+                        }
+                    }
+                }
+            }
+            Taps::Crysis => {
+                for j in -2..=1 {
+                    taps.extend((-2..=1).map(|i| (home[0] + i, home[1] + j, 1.0)));
+                }
+            }
+        }
+        taps
+    }
 }

@@ -18,19 +18,31 @@ pub struct Surface {
     pub diffuse: [f32; 3],
 }
 
-/// The scene as the camera sees it, by one ray a pixel.
-pub fn gbuffer(mesh: &Mesh, camera: &Camera, (width, height): (usize, usize), normals: Normals) -> Image<Surface> {
+/// The scene as the camera sees it, by one ray a pixel: which triangle is seen at `sample`, from the pixel's centre in
+/// pixels, and its plane on the ray of the centre.
+pub fn gbuffer(
+    mesh: &Mesh,
+    camera: &Camera,
+    (width, height): (usize, usize),
+    normals: Normals,
+    sample: [f64; 2],
+) -> Image<Surface> {
     let tracer = Tracer::new(mesh);
     let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
     let texel = |x: usize, y: usize| {
-        let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
-        let (start, r) = camera.ray(u, v);
         let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
+        let ray = |[dx, dy]: [f64; 2]| {
+            let (u, v) = ((x as f64 + 0.5 + dx) / width as f64, (y as f64 + 0.5 + dy) / height as f64);
+            let (start, r) = camera.ray(u, v);
+            (camera.eye + to_world(start), to_world(r), r)
+        };
+        let (origin, direction, _) = ray(sample);
         // r.z is 1, so that t is the depth.
-        let hit = tracer.nearest(camera.eye + to_world(start), to_world(r), camera.near..=camera.far);
-        let Some(hit) = hit else {
+        let Some(seen) = tracer.nearest(origin, direction, camera.near..=camera.far) else {
             return Surface { depth: f64::INFINITY, normal: DVec3::ZERO, diffuse: [1.0; 3] };
         };
+        let (origin, direction, r) = ray([0.0; 2]);
+        let hit = tracer.meet_plane(origin, direction, seen.triangle).unwrap_or(seen);
         let corners = mesh.triangles[hit.triangle].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| mesh.positions[i]);
         let plane = camera.direction_to_eye((b - a).cross(c - a)).normalize();
@@ -46,7 +58,11 @@ pub fn gbuffer(mesh: &Mesh, camera: &Camera, (width, height): (usize, usize), no
             }
         };
         let group = mesh.groups.iter().find(|group| group.triangles.contains(&hit.triangle));
-        Surface { depth: hit.t, normal, diffuse: group.map_or([1.0; 3], |group| group.colour) }
+        Surface {
+            depth: hit.t.clamp(camera.near, camera.far),
+            normal,
+            diffuse: group.map_or([1.0; 3], |group| group.colour),
+        }
     };
     let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
     Image { width, height, texels }

@@ -2,6 +2,7 @@
 //! written to be read beside the shaders and to be right, not to be fast.
 
 pub mod blur;
+pub mod edges;
 pub mod gbuffer;
 mod hbao;
 mod hbao_talk;
@@ -33,14 +34,15 @@ pub struct Inputs<'a> {
     pub near: f64,
 }
 
-/// Visibility A in [0, 1] by the settings' method, before any blur; 1 on background.
+/// Visibility A in [0, 1] by the settings' method, before any blur; 1 on background. At half resolution the image has
+/// half the inputs' width and height, rounded up.
 ///
 /// # Errors
 /// A radius in percent, or images of different sizes.
 pub fn visibility(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Error> {
     let scene = Scene::new(inputs, settings)?;
-    let Some(method) = Terms::of(settings) else { return Ok(inputs.depth.map(|_| 1.0)) };
-    Ok(image(inputs, |x, y| {
+    let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
+    Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return 1.0 };
         if method.exits_early(&pixel, EXACT) {
             return 1.0;
@@ -57,10 +59,10 @@ pub fn visibility(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Er
 /// As [`visibility`].
 pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Error> {
     let scene = Scene::new(inputs, settings)?;
-    let Some(method) = Terms::of(settings) else { return Ok(inputs.depth.map(|_| false)) };
+    let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
     let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]
         .map(|[rounding, comparison]| Shift { rounding, comparison });
-    Ok(image(inputs, |x, y| {
+    Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return false };
         let exits = shifts.map(|shift| method.exits_early(&pixel, shift));
         if exits.iter().all(|&exits| exits) {
@@ -108,8 +110,8 @@ impl Terms {
     }
 }
 
-fn image<T: Copy + Send>(inputs: &Inputs, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
-    let (width, height) = (inputs.depth.width, inputs.depth.height);
+fn image<T: Copy + Send>(scene: &Scene, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
+    let (width, height) = scene.size();
     let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
     Image { width, height, texels }
 }

@@ -69,6 +69,9 @@ pub(super) struct Scene<'a> {
     pub(super) settings: &'a Settings,
     /// R, scene units.
     pub(super) radius: f64,
+    /// How many pixels of the inputs, in x and y, a texel of the result stands for: (i, j) for the pixel
+    /// (scale i, scale j). All positions and offsets here are in texels of the result.
+    scale: usize,
 }
 
 impl<'a> Scene<'a> {
@@ -77,18 +80,18 @@ impl<'a> Scene<'a> {
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
             return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
         }
-        Ok(Scene { inputs, settings, radius: settings.radius_units()? })
+        Ok(Scene { inputs, settings, radius: settings.radius_units()?, scale: settings.ao_scale() as usize })
     }
 
     /// None on background.
     pub(super) fn pixel(&self, x: usize, y: usize) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-        let z = f64::from(self.inputs.depth.at(x, y));
+        let z = self.depth(x, y);
         if z.is_infinite() {
             return None;
         }
         let r = self.ray(p);
-        let n = DVec3::from(self.inputs.normals.at(x, y).map(f64::from));
+        let n = DVec3::from(self.inputs.normals.at(self.scale * x, self.scale * y).map(f64::from));
         Some(Pixel {
             p,
             P: self.position(p, z),
@@ -139,7 +142,7 @@ impl<'a> Scene<'a> {
     /// pixel's own texel.
     pub(super) fn at(&self, pixel: &Pixel, taken: DVec2, at: DVec2) -> Option<Sample> {
         let q = pixel.p + taken;
-        let z = f64::from(self.inputs.depth.at(q.x as usize, q.y as usize));
+        let z = self.depth(q.x as usize, q.y as usize);
         let ignored = taken == DVec2::ZERO || z.is_infinite();
         (!ignored).then(|| Sample { D: self.position(pixel.p + at, z) - pixel.P, z, taken })
     }
@@ -171,7 +174,7 @@ impl<'a> Scene<'a> {
 
     /// The point at depth z on the ray through the window position p.
     pub(super) fn position(&self, p: DVec2, z: f64) -> DVec3 {
-        let slope = (p - 0.5 * self.size()) * self.pixel_extent();
+        let slope = (p - self.axis()) * self.pixel_extent();
         match self.inputs.projection {
             Projection::Perspective { .. } => z * slope.extend(1.0),
             Projection::Orthographic { .. } => slope.extend(z),
@@ -188,10 +191,22 @@ impl<'a> Scene<'a> {
 
     /// What a texel adds to x' and y'.
     pub(super) fn pixel_extent(&self) -> DVec2 {
-        2.0 * match self.inputs.projection {
+        let full = DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64);
+        let half = match self.inputs.projection {
             Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => DVec2::new(tan_half_fov_x, tan_half_fov_y),
             Projection::Orthographic { half_width, half_height } => DVec2::new(half_width, half_height),
-        } / self.size()
+        };
+        self.scale as f64 * 2.0 * half / full
+    }
+
+    /// Where the view's axis lies: in the middle of the inputs, whose pixel scale i + 0.5 is texel i + 0.5.
+    fn axis(&self) -> DVec2 {
+        let middle = DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64) / 2.0;
+        (middle - 0.5) / self.scale as f64 + 0.5
+    }
+
+    fn depth(&self, x: usize, y: usize) -> f64 {
+        f64::from(self.inputs.depth.at(self.scale * x, self.scale * y))
     }
 
     /// R projected at depth z, in texels (Figure 6.2.11).
@@ -202,12 +217,14 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn size(&self) -> DVec2 {
-        DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64)
+    /// Width and height of the result.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.inputs.depth.width.div_ceil(self.scale), self.inputs.depth.height.div_ceil(self.scale))
     }
 
     /// The nearest texel's centre in the image.
     pub(super) fn clamped(&self, p: DVec2) -> DVec2 {
-        p.clamp(DVec2::splat(0.5), self.size() - 0.5)
+        let (width, height) = self.size();
+        p.clamp(DVec2::splat(0.5), DVec2::new(width as f64, height as f64) - 0.5)
     }
 }

@@ -119,11 +119,14 @@ impl Tracer<'_> {
     /// Where the ray meets one triangle, from either side. By the signs of the volumes that the ray spans with each
     /// edge: neighbours compute the same number for a shared edge, so no ray slips between them.
     fn meet(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
+        let hit = self.meet_plane(origin, direction, triangle)?;
+        (hit.barycentric.min_element() >= 0.0).then_some(hit)
+    }
+
+    /// Where the ray meets a triangle's plane, inside the triangle or not; barycentric weights outside are negative.
+    pub(super) fn meet_plane(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
         let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize] - origin);
         let weights = DVec3::new(direction.dot(c.cross(b)), direction.dot(a.cross(c)), direction.dot(b.cross(a)));
-        if weights.min_element() < 0.0 && weights.max_element() > 0.0 {
-            return None;
-        }
         let sum = weights.element_sum();
         if sum == 0.0 {
             return None;

@@ -52,7 +52,7 @@ impl ByHand {
     /// By the float64 twins.
     pub fn by_twin(&self, settings: &Settings) -> Image<f64> {
         let raw = reference::visibility(&self.twin_inputs(&rotation_tile(settings)), settings).unwrap();
-        reference::blur::blur(&raw, &self.depth, settings).unwrap()
+        reference::blur::blur(&raw, &self.depth, &[], settings).unwrap()
     }
 
     /// By both, to be held to the same closed form.

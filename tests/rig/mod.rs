@@ -24,6 +24,8 @@ pub const BOTH: [Backend; 2] = [Backend::Egl, Backend::Osmesa];
 /// Odd, and neither side a multiple of the tile's.
 pub const SIZE: (u32, u32) = (97, 61);
 
+pub const FOUR_SAMPLES: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]];
+
 /// Everything that the pipeline makes of a shot, read back.
 #[derive(PartialEq, Debug)]
 pub struct Frame {
@@ -33,6 +35,9 @@ pub struct Frame {
     pub raw: Image<f32>,
     pub ao: Image<f32>,
     pub composite: Image<[u8; 3]>,
+    /// The depth of each sample, where a pixel has several; empty otherwise.
+    pub samples: Vec<Image<f32>>,
+    pub edges: Image<bool>,
     pub tile: Image<[f32; 3]>,
     pub projection: Projection,
     pub near: f64,
@@ -42,6 +47,12 @@ pub struct Frame {
 impl Frame {
     pub fn covered(&self) -> Image<bool> {
         self.depth.map(f32::is_finite)
+    }
+
+    /// Where its samples lie, from the pixel's centre in pixels, y up: of one sample, or of the four of llvmpipe, the
+    /// standard pattern. tests/edges.rs asks the driver.
+    pub fn sample_positions(&self) -> &'static [[f64; 2]] {
+        if self.samples.is_empty() { &[[0.0; 2]] } else { &FOUR_SAMPLES }
     }
 
     pub fn inputs(&self) -> reference::Inputs<'_> {
@@ -62,7 +73,7 @@ pub fn render_applied(
     settings: &Settings,
     apply: Apply,
 ) -> Frame {
-    let request = Request { composite: Some(apply), raw: true, ..Request::default() };
+    let request = Request { composite: Some(apply), raw: true, edges: true, ..Request::default() };
     let mut pipeline = Pipeline::new(gl, size, settings, request).unwrap();
     frame(&mut pipeline, shot, size, settings)
 }
@@ -78,6 +89,8 @@ pub fn frame(pipeline: &mut Pipeline, shot: &Shot, size: (u32, u32), settings: &
         raw: pipeline.ao_raw().unwrap().clone(),
         ao: pipeline.ao().unwrap(),
         composite: pipeline.composite().unwrap().unwrap(),
+        samples: if pipeline.samples() > 1 { pipeline.depth_samples().unwrap() } else { Vec::new() },
+        edges: pipeline.edges().unwrap().clone(),
         tile: rotation_tile(settings),
         projection: camera.projection,
         near: camera.near,
@@ -96,6 +109,8 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
         ("raw ambient occlusion", floats(&got.raw) == floats(&expected.raw)),
         ("ambient occlusion", floats(&got.ao) == floats(&expected.ao)),
         ("composite", got.composite == expected.composite),
+        ("samples", got.samples.iter().map(floats).eq(expected.samples.iter().map(floats))),
+        ("edges", got.edges == expected.edges),
         ("notices", got.notices == expected.notices),
     ];
     let different: Vec<_> = same.iter().filter(|(_, same)| !same).map(|(name, _)| name).collect();

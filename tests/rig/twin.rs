@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use hbao::Settings;
 use hbao::image::Image;
 use hbao::reference;
+use hbao::reference::gbuffer::Surface;
 use hbao::settings::{AoFormat, DepthFormat, Method};
 
 /// Coverage, depth, normals and colours against one ray a pixel. At 99.5 % of the pixels: at a silhouette, and where
@@ -13,7 +14,9 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
     const SHARE: f64 = 0.005;
     let size = (size.0 as usize, size.1 as usize);
     let camera = shot.camera((size.0 as u32, size.1 as u32));
-    let seen = reference::gbuffer::gbuffer(&shot.mesh, &camera, size, settings.normals);
+    let at = |sample| reference::gbuffer::gbuffer(&shot.mesh, &camera, size, settings.normals, sample);
+    let all: Vec<_> = frame.sample_positions().iter().map(|&sample| at(sample)).collect();
+    let seen = &all[0];
     let both =
         Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() && seen.at(x, y).depth.is_finite());
     let either =
@@ -46,7 +49,13 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
     // Two fifths ambient, the rest from over the viewer's left shoulder.
     let light = DVec3::new(-2.0, 3.0, -3.5).normalize();
     for channel in 0..3 {
-        let shaded = seen.map(|s| f64::from(s.diffuse[channel]) * (0.4 + 0.6 * s.normal.dot(light).max(0.0)));
+        let shade = |s: Surface| match s.depth.is_finite() {
+            true => f64::from(s.diffuse[channel]) * (0.4 + 0.6 * s.normal.dot(light).max(0.0)),
+            false => 1.0,
+        };
+        let shaded = Image::from_fn(size.0, size.1, |x, y| {
+            all.iter().map(|seen| shade(seen.at(x, y))).sum::<f64>() / all.len() as f64
+        });
         let got = frame.colour.map(|c| f64::from(c[channel]) / 255.0);
         // The rounding to 8 bits, and what interpolation leaves.
         hold("colour", &got, &shaded, &both, Limits { tolerance: 0.75 / 255.0, share: SHARE }, context);
@@ -56,8 +65,11 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
         let clear = |n: [f32; 3]| if n == [0.0; 3] { 0.0 } else { 1.0 };
         hold("normals of background", &frame.normals.map(clear), &zero, &background, super::everywhere(0.0), context);
         let white = |c: [u8; 3]| if c == [255; 3] { 0.0 } else { 1.0 };
-        hold("colour of background", &frame.colour.map(white), &zero, &background, super::everywhere(0.0), context);
-        hold("visibility of background", &frame.ao, &unit, &background, super::everywhere(0.0), context);
+        let empty = Image::from_fn(size.0, size.1, |x, y| background.at(x, y) && !frame.edges.at(x, y));
+        hold("colour of background", &frame.colour.map(white), &zero, &empty, super::everywhere(0.0), context);
+        if (frame.ao.width, frame.ao.height) == size {
+            hold("visibility of background", &frame.ao, &unit, &empty, super::everywhere(0.0), context);
+        }
     }
 }
 
@@ -67,10 +79,23 @@ pub fn hold_raw(frame: &Frame, settings: &Settings, context: &str) -> usize {
     hold_visibility(&frame.raw, &inputs, settings, context)
 }
 
+/// The pixels that hold several surfaces, by the depth samples read back.
+pub fn hold_edges(frame: &Frame, settings: &Settings, context: &str) {
+    let one = |edge: bool| f64::from(u8::from(edge));
+    let expected = match frame.samples.as_slice() {
+        [] => frame.depth.map(|_| false),
+        samples => reference::edges::edges(samples, settings).unwrap(),
+    };
+    let all = frame.depth.map(|_| true);
+    hold("edges", &frame.edges.map(one), &expected.map(one), &all, super::everywhere(0.0), context);
+}
+
 /// Visibility made from `inputs` against the twin: within the tolerance at 99.9 %, and everywhere but at pixels that
 /// the twin calls ambiguous, of which there may be 0.5 %, or two. Returns how many they are.
 pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &Settings, context: &str) -> usize {
-    let covered = inputs.depth.map(f32::is_finite);
+    // The pixels that the texels of ambient occlusion stand for.
+    let scale = settings.ao_scale() as usize;
+    let covered = Image::from_fn(got.width, got.height, |x, y| inputs.depth.at(scale * x, scale * y).is_finite());
     let pixels = covered.texels.iter().filter(|&&c| c).count();
     let expected = reference::visibility(inputs, settings).unwrap();
     let ambiguous = reference::ambiguous(inputs, settings).unwrap();
@@ -106,7 +131,7 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &
 
 /// The blur, of the ambient occlusion that the GPU itself made.
 pub fn hold_blur(frame: &Frame, settings: &Settings, context: &str) {
-    let expected = reference::blur::blur(&frame.raw.map(f64::from), &frame.depth, settings).unwrap();
+    let expected = reference::blur::blur(&frame.raw.map(f64::from), &frame.depth, &frame.samples, settings).unwrap();
     let tolerance = match settings.ao_format {
         AoFormat::R32f => 1e-4,
         // A rounding after each of two passes, a whole step where the driver truncates.
@@ -114,6 +139,6 @@ pub fn hold_blur(frame: &Frame, settings: &Settings, context: &str) {
         // Half a step for each of two passes.
         AoFormat::R8 => 1.0 / 255.0 + 1e-4,
     };
-    let all = frame.depth.map(|_| true);
+    let all = frame.ao.map(|_| true);
     hold("blurred ambient occlusion", &frame.ao, &expected, &all, super::everywhere(tolerance), context);
 }

@@ -1,0 +1,29 @@
+//! Edge detection among a pixel's depth samples (ShaderX7 6.2, Multisample antialiasing).
+
+use super::{DepthSamples, FULLSCREEN, FullScreen, depth_sigma};
+use crate::Error;
+use crate::gl::{Defines, Program, source};
+use crate::settings::DepthSigma;
+use std::sync::Arc;
+
+/// The pass.
+pub(crate) struct Edges {
+    program: Program,
+}
+
+impl Edges {
+    /// For so many samples a pixel.
+    pub(crate) fn new(gl: &Arc<glow::Context>, samples: u32) -> Result<Edges, Error> {
+        let defines = Defines::default().value("SAMPLES", samples);
+        Ok(Edges { program: Program::new(gl, &defines, FULLSCREEN, &[source!("edges.frag")])? })
+    }
+
+    /// Draws every pixel of the bound target that is an edge.
+    pub(crate) fn draw(&self, full_screen: &FullScreen, depth: DepthSamples, background: f32, sigma: DepthSigma) {
+        let program = self.program.bind();
+        full_screen.bind_samples(0, depth.texture);
+        program.unit("depth_samples", 0).float("background", f64::from(background));
+        depth_sigma(program, sigma);
+        full_screen.draw();
+    }
+}

@@ -1,0 +1,34 @@
+//! Multisample textures made plain: one sample of depth and normals, the mean of the colours (ShaderX7 6.2, Multisample
+//! antialiasing).
+
+use super::{FULLSCREEN, FullScreen};
+use crate::Error;
+use crate::gl::{Defines, MultisampleTexture, Program, source};
+use std::sync::Arc;
+
+/// The pass.
+pub(crate) struct Resolve {
+    program: Program,
+}
+
+impl Resolve {
+    /// For so many samples a pixel.
+    pub(crate) fn new(gl: &Arc<glow::Context>, samples: u32) -> Result<Resolve, Error> {
+        let defines = Defines::default().value("SAMPLES", samples);
+        Ok(Resolve { program: Program::new(gl, &defines, FULLSCREEN, &[source!("resolve.frag")])? })
+    }
+
+    /// Draws colour, depth and normals, given in this order, into the bound target; of depth and normals the sample
+    /// `which`.
+    pub(crate) fn draw(&self, full_screen: &FullScreen, images: [&MultisampleTexture; 3], which: u32) {
+        let program = self.program.bind();
+        for (unit, (name, image)) in
+            (0..).zip(["colour_samples", "depth_samples", "normal_samples"].into_iter().zip(images))
+        {
+            full_screen.bind_samples(unit, image.id);
+            program.unit(name, unit);
+        }
+        program.int("which", which as i32);
+        full_screen.draw();
+    }
+}

@@ -1,0 +1,154 @@
+//! The textures of the G-buffer, multisample where that is asked for and the driver can.
+
+use crate::Error;
+use crate::gl::{self, Format, MultisampleTexture, Renderbuffer, Target, Texture};
+use crate::pass::method::NormalEncoding;
+use crate::pass::resolve::Resolve;
+use crate::pass::{DepthSamples, FullScreen, probe};
+use crate::settings::{DepthFormat, NormalFormat, Settings};
+use std::sync::Arc;
+
+/// What triangles are drawn into, and what the passes after that read.
+pub(super) struct Targets {
+    pub(super) colour: Texture,
+    pub(super) depth: Texture,
+    pub(super) normals: Texture,
+    pub(super) encoding: NormalEncoding,
+    /// Holds the three above. Its depth buffer is none where triangles are drawn into samples.
+    target: Target,
+    _depth_buffer: Option<Renderbuffer>,
+    multisample: Option<Multisample>,
+}
+
+/// Several samples of each pixel.
+struct Multisample {
+    /// Colour, depth and normals.
+    images: [MultisampleTexture; 3],
+    samples: u32,
+    target: Target,
+    _depth_buffer: Renderbuffer,
+    resolve: Resolve,
+}
+
+impl Targets {
+    pub(super) fn new(
+        gl: &Arc<glow::Context>,
+        size: (u32, u32),
+        settings: &Settings,
+        notices: &mut Vec<String>,
+    ) -> Result<Targets, Error> {
+        let (depth_format, depth_name) = match settings.depth_format {
+            DepthFormat::R32f => (Format::R32f, "r32f"),
+            DepthFormat::R16f => (Format::R16f, "r16f"),
+        };
+        let (normal_format, encoding) = normal_format(gl, settings, depth_format, depth_name, notices)?;
+        let formats = [Format::Rgba8, depth_format, normal_format];
+        let multisample = Multisample::new(gl, size, formats, settings.msaa)?;
+
+        let (width, height) = size;
+        let colour = Texture::new(gl, "gbuffer: colour", formats[0], width, height)?;
+        let depth = Texture::new(gl, "gbuffer: depth", formats[1], width, height)?;
+        let normals = Texture::new(gl, "gbuffer: normals", formats[2], width, height)?;
+        let depth_buffer = match multisample {
+            None => Some(Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, 0)?),
+            Some(_) => None,
+        };
+        let attachment = depth_buffer.as_ref().map(|buffer| (glow::DEPTH_ATTACHMENT, buffer));
+        let target = Target::new(gl, "gbuffer", &[&colour, &depth, &normals], attachment, size)?;
+        Ok(Targets { colour, depth, normals, encoding, target, _depth_buffer: depth_buffer, multisample })
+    }
+
+    /// What triangles are drawn into.
+    pub(super) fn drawn(&self) -> &Target {
+        self.multisample.as_ref().map_or(&self.target, |multisample| &multisample.target)
+    }
+
+    /// Samples a pixel.
+    pub(super) fn samples(&self) -> u32 {
+        self.multisample.as_ref().map_or(1, |multisample| multisample.samples)
+    }
+
+    /// The depth of each sample, where there are several.
+    pub(super) fn depth_samples(&self) -> Option<DepthSamples> {
+        let multisample = self.multisample.as_ref()?;
+        Some(DepthSamples { texture: multisample.images[1].id, samples: multisample.samples })
+    }
+
+    /// Makes the plain textures of the multisample ones, where there are any: depth and normals those of the sample
+    /// `which`.
+    pub(super) fn resolve(&self, full_screen: &FullScreen, which: u32) {
+        if let Some(multisample) = &self.multisample {
+            self.target.bind();
+            multisample.resolve.draw(full_screen, multisample.images.each_ref(), which);
+        }
+    }
+}
+
+impl Multisample {
+    /// As many samples as asked for, or as many as the driver has; none where that is one.
+    fn new(
+        gl: &Arc<glow::Context>,
+        size: (u32, u32),
+        formats: [Format; 3],
+        asked: u32,
+    ) -> Result<Option<Multisample>, Error> {
+        let limit = gl::sample_limit(gl);
+        for samples in [8, 4, 2].into_iter().filter(|&samples| samples <= asked.min(limit)) {
+            match Multisample::with_samples(gl, size, formats, samples) {
+                Ok(multisample) => return Ok(Some(multisample).filter(|multisample| multisample.samples > 1)),
+                // Within the limits a driver may still refuse a format, or to mix them: fewer samples may do. What the
+                // refusal left behind is its answer, and not the next pass's error.
+                Err(_) if samples > 2 => _ = gl::check(gl, "gbuffer"),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(None)
+    }
+
+    fn with_samples(
+        gl: &Arc<glow::Context>,
+        size: (u32, u32),
+        formats: [Format; 3],
+        asked: u32,
+    ) -> Result<Multisample, Error> {
+        let texture = |place, format| MultisampleTexture::new(gl, place, format, size, asked);
+        let colour = texture("gbuffer: colour samples", formats[0])?;
+        let depth = texture("gbuffer: depth samples", formats[1])?;
+        let normals = texture("gbuffer: normal samples", formats[2])?;
+        let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, asked)?;
+        let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
+        let target = Target::new(gl, "gbuffer: samples", &[&colour, &depth, &normals], attachment, size)?;
+        let samples = depth.samples();
+        let resolve = Resolve::new(gl, samples)?;
+        Ok(Multisample { images: [colour, depth, normals], samples, target, _depth_buffer: depth_buffer, resolve })
+    }
+}
+
+/// The format asked for, or the next best that the driver renders to: RGBA16F, then biased RGBA8.
+fn normal_format(
+    gl: &Arc<glow::Context>,
+    settings: &Settings,
+    depth: Format,
+    depth_name: &str,
+    notices: &mut Vec<String>,
+) -> Result<(Format, NormalEncoding), Error> {
+    let asked = settings.normal_format;
+    let all = [
+        (Format::Rgba8Snorm, NormalEncoding::Signed, NormalFormat::Rgba8Snorm.name()),
+        (Format::Rgba16f, NormalEncoding::Signed, NormalFormat::Rgba16f.name()),
+        (Format::Rgba8, NormalEncoding::Biased, "biased rgba8"),
+    ];
+    for (format, encoding, name) in all.into_iter().skip_while(|&(_, _, name)| name != asked.name()) {
+        let normal = match encoding {
+            NormalEncoding::Signed => [-1.0, 0.5, -0.25],
+            NormalEncoding::Biased => [0.0, 0.75, 0.375],
+        };
+        if probe::renders(gl, depth, (format, normal))? {
+            if name != asked.name() {
+                notices.push(format!("this driver does not render normals in {}: {name} is used", asked.name()));
+            }
+            return Ok((format, encoding));
+        }
+    }
+    Err(Error::gl("gbuffer", format!("this driver renders depth in {depth_name} beside no format of normals")))
+}
