@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use hbao::image::{Image, exr, png};
 use hbao::rotation_tile;
-use hbao::settings::Settings;
+use hbao::settings::{Kind, Settings};
 
 const SMALL: &str = "96x72";
 
@@ -183,12 +183,54 @@ mod images {
     }
 
     #[test]
-    fn without_msaa_no_pixel_is_an_edge() {
+    fn edges_are_white_on_silhouettes_and_absent_without_msaa() {
         let folder = folder();
-        render(folder.path(), "-o edges.png --show edges");
-        render(folder.path(), "-o edges.exr --show edges");
-        assert!(png::read::<u8>(&folder.path().join("edges.png")).unwrap().texels.iter().all(|&e| e == 0));
-        assert!(exr::read::<f32>(&folder.path().join("edges.exr")).unwrap().texels.iter().all(|&e| e == 0.0));
+        let read = |arguments: &str| {
+            render(folder.path(), &format!("-o edges.png --show edges {arguments}"));
+            render(folder.path(), &format!("-o edges.exr --show edges {arguments}"));
+            let edges = png::read::<u8>(&folder.path().join("edges.png")).unwrap();
+            let float = exr::read::<f32>(&folder.path().join("edges.exr")).unwrap();
+            assert_eq!(edges.map(|e| f32::from(e) / 255.0), float);
+            assert!(edges.texels.iter().all(|&e| e == 0 || e == 255));
+            edges
+        };
+        assert!(read("--msaa 1").texels.iter().all(|&e| e == 0));
+        let edges = read("");
+        let white = edges.texels.iter().filter(|&&e| e == 255).count();
+        assert!(white > 50 && white < edges.texels.len() / 10, "{white}");
+        assert_eq!(edges, read("--edges off --blur 0 --half-res"), "what is an edge does not follow from the blur");
+        assert!(read("--blur-depth-sigma 1e-9").texels.iter().filter(|&&e| e == 255).count() > white);
+    }
+
+    #[test]
+    fn the_samples_asked_for_and_given_are_said() {
+        let folder = folder();
+        let output =
+            hbao(folder.path(), &["render", "-o", "a.png", "--size", "9x9", "--msaa", "8", "--timings", "t.json"]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        let given = said.lines().find_map(|line| line.strip_prefix("hbao: msaa: asked for 8, given ")).unwrap();
+        let given: u32 = given.parse().unwrap();
+        assert!([1, 2, 4, 8].contains(&given));
+        let json: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("t.json")).unwrap()).unwrap();
+        assert_eq!(json["msaa"], serde_json::json!({ "asked": 8, "given": given }));
+        let text = settings_text(&folder.path().join("a.png"));
+        assert!(text.contains("msaa = 8\n") && text.contains(&format!("samples = {given}\n")), "{text}");
+    }
+
+    #[test]
+    fn half_resolution_keeps_the_size_and_its_raw_image_is_half_as_large() {
+        let folder = folder();
+        let size = |name: &str| {
+            let image = exr::read::<f32>(&folder.path().join(name)).unwrap();
+            (image.width, image.height)
+        };
+        let arguments = ["render", "-o", "a.exr", "--show", "ao", "--size", "97x61", "--half-res", "--dump", "d"];
+        assert_eq!(hbao(folder.path(), &arguments).status.code(), Some(0));
+        assert_eq!((size("a.exr"), size("d/ao_raw.exr")), ((97, 61), (49, 31)));
+        let arguments = [&arguments[..], &["--blur", "0"]].concat();
+        assert_eq!(hbao(folder.path(), &arguments).status.code(), Some(0));
+        let bytes = |name: &str| fs::read(folder.path().join("d").join(name)).unwrap();
+        assert_eq!(bytes("ao.exr"), bytes("ao_raw.exr"), "nothing brings it to full size without a blur");
     }
 
     #[test]
@@ -357,8 +399,10 @@ mod settings {
             ("--show ao --apply ambient", "--apply"),
             ("--show depth --steps 3", "--steps"),
             ("--show ao-raw --blur 5", "--blur"),
-            ("--edges off", "--edges"),
-            ("--edges supersample", "--edges"),
+            ("--blur 0 --edges off", "--edges"),
+            ("--show ao-raw --edges off", "--edges"),
+            ("--show depth --half-res", "--half-res"),
+            ("--half-res --method none", "--half-res"),
             ("--rays 4", "--rays"),
             ("--grounding direction --method hbao-talk", "--grounding"),
             ("--bias 9 --method ray-march", "--bias"),
@@ -377,7 +421,10 @@ mod settings {
             assert!(notice.starts_with(&format!("hbao: {flag} has no effect ")), "{arguments}: {notice}");
         }
         for arguments in [
-            "--msaa 1",
+            "--edges off",
+            "--half-res",
+            "--half-res=false",
+            "--show edges --blur-depth-sigma 3",
             "--blur-kernel full",
             "--method hbao",
             "--method ray-march --rays 2 --attenuation linear",
@@ -397,7 +444,11 @@ mod settings {
         assert_eq!(output.status.code(), Some(0));
         let help = String::from_utf8(output.stdout).unwrap();
         for knob in hbao::settings::KNOBS {
-            let line = help.lines().find(|line| line.contains(&format!("--{} <{}>", knob.name, knob.value)));
+            let flag = match knob.kind {
+                Kind::Switch => format!("--{}[=<BOOL>]", knob.name),
+                _ => format!("--{} <{}>", knob.name, knob.value),
+            };
+            let line = help.lines().find(|line| line.contains(&flag));
             assert!(line.is_some_and(|line| line.contains(knob.help) && line.contains("default: ")), "{}", knob.name);
         }
         assert!(
@@ -428,10 +479,14 @@ mod timings {
         };
         let holds = |passes: &[String], names: &[&str]| names.iter().all(|name| passes.iter().any(|pass| pass == name));
         let all = passes("--backend egl");
-        assert!(holds(&all, &["gbuffer", "ao", "blur_x", "blur_y", "composite"]), "{all:?}");
+        assert!(holds(&all, &["gbuffer", "resolve", "ao", "edges", "blur_x", "blur_y", "blur_edges", "composite"]));
+        let plain = passes("--backend egl --msaa 1");
+        assert!(["resolve", "edges", "blur_edges"].iter().all(|name| !holds(&plain, &[name])), "{plain:?}");
+        assert!(!holds(&passes("--edges off"), &["blur_edges"]));
         let few = passes("--backend egl --show ao --blur 0");
         assert!(holds(&few, &["gbuffer", "ao"]), "{few:?}");
-        assert!(["blur_x", "blur_y", "composite"].iter().all(|name| !holds(&few, &[name])), "{few:?}");
+        let not = ["edges", "blur_x", "blur_y", "blur_edges", "composite"];
+        assert!(not.iter().all(|name| !holds(&few, &[name])), "{few:?}");
     }
 }
 

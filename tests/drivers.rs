@@ -22,8 +22,13 @@ fn frames(gl: &Arc<glow::Context>, timings: bool) -> Vec<Frame> {
         let shot = scenes::cornell_box();
         let shot = if i % 2 == 0 { shot } else { shot.orthographic() };
         let composite = Some(if i % 3 == 0 { Apply::Ambient } else { Apply::All });
-        let mut pipeline =
-            Pipeline::new(gl, SIZE, settings, Request { composite, raw: true, edges: true, timings, ..Request::default() }).unwrap();
+        let mut pipeline = Pipeline::new(
+            gl,
+            SIZE,
+            settings,
+            Request { composite, raw: true, edges: true, timings, ..Request::default() },
+        )
+        .unwrap();
         frames.push(rig::frame(&mut pipeline, &shot, SIZE, settings));
     }
     frames

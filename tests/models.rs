@@ -18,7 +18,7 @@ fn size() -> (u32, u32) {
     numbers.unwrap_or_else(|| panic!("HBAO_MODELS_SIZE={text}: give it as 1600x1200"))
 }
 
-/// Holds the G-buffer and ambient occlusion before the blur to the ray cast and the twin, and EGL and OSMesa to each
+/// Holds the G-buffer to the ray cast, edges and ambient occlusion to the twins, and EGL and OSMesa to each
 /// other.
 fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models").join(name);
@@ -33,14 +33,17 @@ fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     let view = View { eye: Some(eye), target: Some(target), lens, ..View::default() };
     let shot = Shot::new(name, scene.mesh, view, radius);
     let settings = Settings { radius: Radius::Units(radius), ..rig::float_settings(radius) };
-    // With the normals that are the default.
-    let settings = Settings { normal_format: Settings::default().normal_format, ..settings };
+    // With the normals and samples that are the default.
+    let Settings { normal_format, msaa, .. } = Settings::default();
+    let settings = Settings { normal_format, msaa, ..settings };
     let text = format!("{name} at {:?}\n{}", size(), settings.to_toml());
     let frame = rig::render(Context::open(Backend::Egl).unwrap().gl(), &shot, size(), &settings);
     let other = rig::render(Context::open(Backend::Osmesa).unwrap().gl(), &shot, size(), &settings);
     assert_identical(&frame, &other, &format!("egl and osmesa, {text}"));
     twin::hold_gbuffer(&frame, &shot, size(), &settings, &text);
     let ambiguous = twin::hold_raw(&frame, &settings, &text);
+    twin::hold_edges(&frame, &settings, &text);
+    twin::hold_blur(&frame, &settings, &text);
     let covered = frame.covered().texels.iter().filter(|&&c| c).count();
     eprintln!("{name}: {ambiguous} of {covered} covered pixels are ambiguous");
     assert!(covered > frame.depth.texels.len() / 10);

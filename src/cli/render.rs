@@ -203,7 +203,10 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
-    say(&samples_given(&settings, &pipeline));
+    // Of the default nothing is said where the driver has as many.
+    if flags.knobs_given().any(|flag| flag == "msaa") || pipeline.samples() != settings.msaa {
+        say(&format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples()));
+    }
     let mut times = pipeline.render(&scene.mesh, &camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders when they first draw, which is not what a pass takes.
@@ -285,11 +288,6 @@ fn origin(
 /// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.
 fn typed(degrees: f64) -> f64 {
     (degrees * 1e10).round() / 1e10
-}
-
-/// What is said of the samples asked for and given.
-fn samples_given(settings: &Settings, pipeline: &Pipeline) -> String {
-    format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples())
 }
 
 /// What `--timings` writes.

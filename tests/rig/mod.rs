@@ -120,7 +120,8 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
 /// Settings that use every value of every switch, four at most at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap,
+        AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, Method, NormalFormat, Normals,
+        Snap,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
     let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
@@ -135,6 +136,10 @@ pub fn every_switch() -> Vec<Settings> {
         method(Method::Microsphere, 100.0),
         method(Method::Crease, 100.0),
         method(Method::None, 100.0),
+        Settings { edges: Edges::Off, msaa: 2, ..base(150.0) },
+        Settings { half_res: true, ..base(400.0) },
+        Settings { half_res: true, blur_kernel: BlurKernel::Full, msaa: 1, ..base(400.0) },
+        Settings { half_res: true, blur: 0, ..base(400.0) },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
     ]
 }
@@ -145,6 +150,7 @@ pub fn float_settings(radius: f64) -> Settings {
         radius: Radius::Units(radius),
         ao_format: hbao::settings::AoFormat::R32f,
         normal_format: hbao::settings::NormalFormat::Rgba16f,
+        msaa: 1,
         ..Settings::default()
     }
 }
