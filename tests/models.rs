@@ -18,20 +18,26 @@ fn size() -> (u32, u32) {
     numbers.unwrap_or_else(|| panic!("HBAO_MODELS_SIZE={text}: give it as 1600x1200"))
 }
 
-/// Holds the G-buffer to the ray cast, edges and ambient occlusion to the twins, and EGL and OSMesa to each
-/// other.
-fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
+/// The model from there, with a radius of 5 % of its size; none where the file is not at hand.
+fn open(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) -> Option<Shot> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models").join(name);
     if !path.exists() {
         // Not by a macro, whose words the harness keeps to itself.
         let _ = writeln!(std::io::stderr(), "SKIPPED: {} is not there", path.display());
-        return;
+        return None;
     }
     let scene = Scene::open(path.to_str().unwrap()).unwrap();
     let radius = 0.05 * scene.mesh.diagonal();
     let lens = Some(Lens::FovY(fov_y.to_radians()));
     let view = View { eye: Some(eye), target: Some(target), lens, ..View::default() };
-    let shot = Shot::new(name, scene.mesh, view, radius);
+    Some(Shot::new(name, scene.mesh, view, radius))
+}
+
+/// Holds the G-buffer to the ray cast, edges and ambient occlusion to the twins, and EGL and OSMesa to each
+/// other.
+fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
+    let Some(shot) = open(name, eye, target, fov_y) else { return };
+    let radius = shot.radius;
     let settings = Settings { radius: Radius::Units(radius), ..rig::float_settings(radius) };
     // With the normals and samples that are the default.
     let Settings { normal_format, msaa, .. } = Settings::default();
@@ -82,4 +88,24 @@ fn sponza_from_the_gallery() {
 #[test]
 fn bunny() {
     hold_model("bunny.obj", dvec3(-0.017, 0.16, 0.25), dvec3(-0.017, 0.108, 0.0), 45.0);
+}
+
+/// At most `share` of the plain blur's mean error on edge pixels is left by the supersampling blur.
+fn hold_edges_to(share: f64, name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
+    let Some(shot) = open(name, eye, target, fov_y) else { return };
+    let [plain, supersampled] = rig::errors_on_edges(&shot, size());
+    eprintln!("{name}: plain {plain:.4}, supersampled {supersampled:.4}, ratio {:.3}", supersampled / plain);
+    assert!(supersampled <= share * plain, "{supersampled} of {plain}");
+}
+
+#[test]
+fn supersampling_halves_the_dragons_error_on_edges() {
+    hold_edges_to(0.5, "dragon.obj", dvec3(-5.0, 8.0, 14.5), dvec3(0.0, 4.5, 0.0), 45.0);
+}
+
+#[test]
+fn supersampling_lowers_sibeniks_error_on_edges() {
+    hold_edges_to(0.85, "sibenik.obj", dvec3(-15.5, -10.5, 0.0), dvec3(10.0, -9.0, 0.0), 60.0);
+    hold_edges_to(0.85, "sibenik.obj", dvec3(-16.0, -12.0, -3.0), dvec3(8.0, -8.0, 2.0), 60.0);
+    hold_edges_to(0.85, "sibenik.obj", dvec3(14.0, -12.5, 0.0), dvec3(-10.0, -8.0, 0.0), 60.0);
 }

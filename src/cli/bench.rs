@@ -65,12 +65,14 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
     let (width, height) = flags.size;
     let mut table = format!(
-        "{}, {width}x{height}, {}, {} directions of {} steps, blur {}: milliseconds, {runs} runs\n",
+        "{}, {width}x{height}, {}, {} directions of {} steps, blur {}, {} samples{}: milliseconds, {runs} runs\n",
         scene.name,
         settings.method.name(),
         settings.directions,
         settings.steps,
         settings.blur,
+        pipeline.samples(),
+        if settings.half_res { ", half resolution" } else { "" },
     );
     let _ = writeln!(table, "{:<8}{:>9}{:>9}{:>9}", "", "median", "min", "max");
     for (name, times) in
@@ -81,22 +83,26 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     // As if no pixel left early: where the radius is small on the screen, many do, and fetch nothing.
     let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
-    let fetches = f64::from(width) * f64::from(height) * f64::from(settings.directions * settings.steps * rays);
+    let texels = [width, height].map(|side| f64::from(side.div_ceil(settings.ao_scale()))).iter().product::<f64>();
+    let fetches = texels * f64::from(settings.directions * settings.steps * rays);
     let floor_ns_per_fetch = median(&bench.floor_ms) * 1e6 / fetches;
     let _ = writeln!(table, "floor: {floor_ns_per_fetch:.2} ns a fetch");
     let _ = writeln!(table, "ao / floor {:.2} (median of {runs} pairs)", bench.ratio());
     print(&table)?;
 
+    let samples = pipeline.samples();
+    let mode = if settings.half_res { "half".into() } else { format!("msaa{samples}") };
     if let Some(path) = json {
         // SAFETY: the context is current on this thread, and this is a core parameter.
         let renderer = unsafe { gl.get_parameter_string(glow::RENDERER) };
         let frame_ms = median(&bench.frame_ms);
         let report = json!({ "renderer": renderer, "rows": [{
-            "mode": "msaa1",
+            "mode": mode,
             "method": settings.method.name(),
             "directions": settings.directions,
             "steps": settings.steps,
-            "msaa": 1,
+            "msaa": samples,
+            "half_res": settings.half_res,
             "blur": settings.blur,
             "frame_ms": frame_ms,
             "ao_ms": median(&bench.ao_ms),

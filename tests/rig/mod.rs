@@ -11,11 +11,11 @@ pub mod twin;
 pub use compare::{Limits, compare, everywhere, hold};
 pub use scenes::Shot;
 
-use hbao::context::Backend;
+use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
 use hbao::scene::Projection;
-use hbao::settings::Radius;
+use hbao::settings::{AoFormat, Edges, Radius};
 use hbao::{Apply, Pipeline, Request, Settings, rotation_tile};
 use std::sync::Arc;
 
@@ -120,8 +120,7 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
 /// Settings that use every value of every switch, four at most at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, Method, NormalFormat, Normals,
-        Snap,
+        Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
     let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
@@ -148,9 +147,31 @@ pub fn every_switch() -> Vec<Settings> {
 pub fn float_settings(radius: f64) -> Settings {
     Settings {
         radius: Radius::Units(radius),
-        ao_format: hbao::settings::AoFormat::R32f,
+        ao_format: AoFormat::R32f,
         normal_format: hbao::settings::NormalFormat::Rgba16f,
         msaa: 1,
         ..Settings::default()
     }
+}
+
+/// The mean error of ambient occlusion on edge pixels, plain and supersampled, against ambient occlusion at four times
+/// the size, blurred by as many pixels as wide there, and averaged down.
+pub fn errors_on_edges(shot: &Shot, size: (u32, u32)) -> [f64; 2] {
+    let context = Context::open(Backend::Egl).unwrap();
+    let base = Settings { radius: Radius::Units(shot.radius), ao_format: AoFormat::R32f, ..Settings::default() };
+    let large = Settings { msaa: 1, blur: 35, ..base.clone() };
+    let large = render(context.gl(), shot, (4 * size.0, 4 * size.1), &large).ao;
+    let truth = Image::from_fn(size.0 as usize, size.1 as usize, |x, y| {
+        let all = (0..16).map(|i| f64::from(large.at(4 * x + i % 4, 4 * y + i / 4)));
+        all.sum::<f64>() / 16.0
+    });
+    [Edges::Off, Edges::Supersample].map(|edges| {
+        let frame = render(context.gl(), shot, size, &Settings { edges, ..base.clone() });
+        let on_edges: Vec<f64> = (0..truth.texels.len())
+            .filter(|&i| frame.edges.texels[i])
+            .map(|i| (f64::from(frame.ao.texels[i]) - truth.texels[i]).abs())
+            .collect();
+        assert!(on_edges.len() > 50);
+        on_edges.iter().sum::<f64>() / on_edges.len() as f64
+    })
 }
