@@ -25,8 +25,8 @@ fn it_prints_a_table_and_writes_the_contracts_fields() {
         let report: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert!(report["renderer"].is_string());
         let row = &report["rows"][0];
-        assert_eq!((&row["mode"], &row["method"]), (&"msaa1".into(), &method.into()));
-        assert_eq!([&row["directions"], &row["steps"], &row["msaa"], &row["blur"]], [8, 8, 1, 9]);
+        assert_eq!((&row["mode"], &row["method"]), (&"msaa4".into(), &method.into()));
+        assert_eq!([&row["directions"], &row["steps"], &row["msaa"], &row["blur"]], [8, 8, 4, 9]);
         for figure in ["frame_ms", "ao_ms", "floor_ms", "blur_ms", "fps", "mpixels_per_s"] {
             assert!(row[figure].as_f64().is_some_and(|x| x > 0.0), "{figure}: {row}");
         }
