@@ -23,8 +23,7 @@ void main()
 
     float occlusion = 0.0;
     for (int j = 0; j < N_D; ++j) {
-        vec2 a = vec2(azimuths[j].x * s.jitter.x - azimuths[j].y * s.jitter.y,
-                      azimuths[j].y * s.jitter.x + azimuths[j].x * s.jitter.y);
+        vec2 a = turned(azimuths[j], s.jitter);
         vec3 azimuth = a.x * b1 + a.y * b2;
         for (int k = 0; k < N_R; ++k) {
             // Uniform over the hemisphere: the zenith's cosine is uniform.
@@ -48,13 +47,11 @@ void main()
 #else
                 // The ray's own depth there: 1/z is linear in the image, z itself when orthographic.
                 vec2 taken = q - s.p;
-                float dz = sample_z - s.z;
+                vec3 D = from_surface(s, taken, sample_z);
 #ifdef ORTHOGRAPHIC
                 float ray_z = mix(s.z, E.z, along);
-                vec3 D = vec3(taken * pixel, dz);
 #else
                 float ray_z = s.z * E.z / mix(E.z, s.z, along);
-                vec3 D = vec3(dz * s.r + sample_z * (taken * pixel), dz);
 #endif
                 float squared = dot(D, D);
                 // The first texel in front of the ray stops it; those beyond R are passed over.
