@@ -11,11 +11,6 @@ const vec2 azimuths[N_D] = vec2[N_D](DIRECTIONS);
 void main()
 {
     Surface s = surface_at(gl_FragCoord.xy);
-#ifdef ORTHOGRAPHIC
-    vec3 P = vec3(slope(s.p), s.z);
-#else
-    vec3 P = s.z * vec3(s.r, 1.0);
-#endif
     // A frame about the normal: b1 and b2 span the tangent plane, b1 across the axis that n leans on less.
     vec3 n = s.n * inversesqrt(max(dot(s.n, s.n), 1e-36));
     vec3 b1 = normalize(cross(n, abs(n.x) < 0.8 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
@@ -23,8 +18,7 @@ void main()
 
     float occlusion = 0.0;
     for (int j = 0; j < N_D; ++j) {
-        vec2 a = vec2(azimuths[j].x * s.jitter.x - azimuths[j].y * s.jitter.y,
-                      azimuths[j].y * s.jitter.x + azimuths[j].x * s.jitter.y);
+        vec2 a = turned(azimuths[j], s.jitter);
         vec3 azimuth = a.x * b1 + a.y * b2;
         for (int k = 0; k < N_R; ++k) {
             // Uniform over the hemisphere: the zenith's cosine is uniform.
@@ -32,38 +26,44 @@ void main()
             vec3 ray = cosine * n + sqrt(1.0 - cosine * cosine) * azimuth;
             // The end point E, at distance R or at the near plane.
             float reach = ray.z < 0.0 ? min(radius, max(s.z - near, 0.0) / -ray.z) : radius;
-            vec3 E = P + reach * ray;
+            float E_z = s.z + reach * ray.z;
+            // A step is this share of the way to E's projection, and the ray's own depth changes by `rise`: 1/z is
+            // linear in the image, z itself when orthographic.
+            const float share = 1.0 / float(N_S + 1);
 #ifdef ORTHOGRAPHIC
-            vec2 across = (E.xy - P.xy) / pixel;
+            float start = s.z;
+            float rise = share * (E_z - s.z);
+            vec2 stride = share * reach * ray.xy / pixel;
 #else
-            vec2 across = (E.xy / E.z - s.r) / pixel;
+            float start = 1.0 / s.z;
+            float end = 1.0 / E_z;
+            float rise = share * (end - start);
+            // E.xy / E.z - r, without subtracting two projections: (z r + reach ray.xy) / E.z - r.
+            vec2 stride = share * reach * end * (ray.xy - ray.z * s.r) / pixel;
 #endif
-            bool hit = false;
-            for (int i = 1; i <= N_S; ++i) {
-                float along = (s.jitter.z + float(i)) / float(N_S + 1);
-                vec2 q = clamp(s.p + floor(along * across + 0.5), vec2(0.5), size - 0.5);
+            // From E to P, so that the texel that is kept is the first one in front of the ray: it stops the ray.
+            float stopped = -1.0; // |D|^2 there, or none
+            for (int i = N_S; i >= 1; --i) {
+                float along = s.jitter.z + float(i);
+                vec2 q = clamp(s.p + floor(along * stride + 0.5), vec2(0.5), size - 0.5);
                 float sample_z = depth_at(q);
 #ifdef FLOOR
                 occlusion += sample_z;
 #else
-                // The ray's own depth there: 1/z is linear in the image, z itself when orthographic.
-                vec2 taken = q - s.p;
-                float dz = sample_z - s.z;
+                float way = start + along * rise; // z or 1/z
 #ifdef ORTHOGRAPHIC
-                float ray_z = mix(s.z, E.z, along);
-                vec3 D = vec3(taken * pixel, dz);
+                bool in_front = sample_z < way;
 #else
-                float ray_z = s.z * E.z / mix(E.z, s.z, along);
-                vec3 D = vec3(dz * s.r + sample_z * (taken * pixel), dz);
+                bool in_front = sample_z * way < 1.0;
 #endif
+                vec3 D = from_surface(s, q - s.p, sample_z);
                 float squared = dot(D, D);
-                // The first texel in front of the ray stops it; those beyond R are passed over.
-                bool within = squared <= radius * radius && sample_z < background && taken != vec2(0.0);
-                bool stops = !hit && sample_z < ray_z && within;
-                occlusion += stops ? attenuation(squared) : 0.0;
-                hit = hit || stops;
+                // Texels beyond R are passed over, and P's own, at D = 0.
+                bool within = squared <= radius * radius && sample_z < background && squared > 0.0;
+                stopped = in_front && within ? squared : stopped;
 #endif
             }
+            occlusion += stopped < 0.0 ? 0.0 : attenuation(stopped);
         }
     }
     out_0 = clamp(1.0 - strength / float(N_D * N_R) * occlusion, 0.0, 1.0);

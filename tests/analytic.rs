@@ -7,29 +7,14 @@ use glam::DVec3;
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
-use hbao::scene::{Mesh, Projection, View};
+use hbao::scene::{Mesh, View};
 use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, Method, NormalFormat, Radius, Snap};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget};
-use rig::by_hand::{ByHand, Textures, orthographic, perspective, read_red, slope};
+use rig::by_hand::{ByHand, Textures, columns, orthographic, perspective, plane, read_red};
 use rig::{Limits, SIZE, everywhere, hold, scenes};
 
 /// What single precision leaves of a closed form.
 const FLOAT: f64 = 2e-5;
-
-/// Depth and normals of the plane n.X = distance, in float32.
-fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) -> ByHand {
-    let depth = |x: usize, y: usize| {
-        let [sx, sy] = slope(projection, size, x, y);
-        let z = match projection {
-            Projection::Perspective { .. } => distance / n.dot(DVec3::new(sx, sy, 1.0)),
-            Projection::Orthographic { .. } => (distance - n.x * sx - n.y * sy) / n.z,
-        };
-        if z > 0.05 && z < 1e4 { z as f32 } else { f32::INFINITY }
-    };
-    let depth = Image::from_fn(size.0 as usize, size.1 as usize, depth);
-    let normals = depth.map(|_| n.as_vec3().to_array());
-    ByHand { depth, normals, projection }
-}
 
 /// Unit normals of planes that face the eye on the picture's axis, and of some that only its border sees: past 90 degrees
 /// n.z is positive, as on walls beside the camera.
@@ -87,20 +72,6 @@ fn a_plane_is_not_open_when_grounded_by_direction_and_snapped_by_sample() {
         assert!(least(&open) > 1.0 - 1e-3, "{who}: {}", least(&open));
         assert!(least(&closed) < 0.98, "{who}: {}", least(&closed));
     }
-}
-
-/// An orthographic floor of texels of size 1 that faces the eye or, with a `rise`, falls away from it to the right by
-/// that much a texel; on it columns of texels, each so much nearer to the eye than the floor is there.
-fn columns(rise: f64, columns: &[(usize, f64)]) -> ByHand {
-    const WIDTH: usize = 41;
-    const HEIGHT: usize = 13;
-    let depth = Image::from_fn(WIDTH, HEIGHT, |x, _| {
-        let height: f64 = columns.iter().filter(|column| column.0 == x).map(|column| column.1).sum();
-        (100.0 + rise * x as f64 - height) as f32
-    });
-    let normal = DVec3::new(rise, 0.0, -1.0).normalize().as_vec3().to_array();
-    let projection = orthographic(1.0, (WIDTH as u32, HEIGHT as u32));
-    ByHand { normals: depth.map(|_| normal), depth, projection }
 }
 
 /// R = 8 and 3 steps, so samples at 2, 4 and 6 texels; 4 directions: right, up, left, down.

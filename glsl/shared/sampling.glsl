@@ -14,10 +14,8 @@ struct Direction {
 // Eq. 6.2.10: direction k, turned by a.
 Direction direction(int k, vec2 step_px, vec3 jitter)
 {
-    vec2 d = vec2(directions[k].x * jitter.x - directions[k].y * jitter.y,
-                  directions[k].y * jitter.x + directions[k].x * jitter.y);
     Direction result;
-    result.stride = step_px * d;
+    result.stride = step_px * turned(directions[k], jitter);
     result.first = jitter.z * result.stride;
 #ifdef SNAP_STEP
     result.first = floor(result.first + 0.5);
@@ -59,13 +57,7 @@ Sample sample_at(Surface s, Direction d, int i)
 #else
     vec2 at = offset;
 #endif
-    // Without subtracting two far positions: z_s (r + at) - z r = (z_s - z) r + z_s at.
-    float dz = result.z - s.z;
-#ifdef ORTHOGRAPHIC
-    result.D = vec3(at * pixel, dz);
-#else
-    result.D = vec3(dz * s.r + result.z * (at * pixel), dz);
-#endif
+    result.D = from_surface(s, at, result.z);
     result.squared = dot(result.D, result.D);
     return result;
 }

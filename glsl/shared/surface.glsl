@@ -58,3 +58,21 @@ vec2 radius_in_texels(float z)
     return radius / (z * pixel);
 #endif
 }
+
+// A unit vector of the image, turned by the tile's angle a.
+vec2 turned(vec2 unit, vec3 jitter)
+{
+    return vec2(unit.x * jitter.x - unit.y * jitter.y, unit.y * jitter.x + unit.x * jitter.y);
+}
+
+// D = S - P of the point S at depth z, `at` texels from P in the image. Without subtracting two far positions:
+// z_s (r + at) - z r = (z_s - z) r + z_s at.
+vec3 from_surface(Surface s, vec2 at, float z)
+{
+    float dz = z - s.z;
+#ifdef ORTHOGRAPHIC
+    return vec3(at * pixel, dz);
+#else
+    return vec3(dz * s.r + z * (at * pixel), dz);
+#endif
+}

@@ -1,5 +1,6 @@
 //! Ambient occlusion of depth and normals that a test makes up, in textures of its own.
 
+use glam::DVec3;
 use glow::HasContext as _;
 use hbao::image::Image;
 use hbao::reference;
@@ -150,4 +151,66 @@ pub fn slope(projection: Projection, (width, height): (u32, u32), x: usize, y: u
         Projection::Orthographic { half_width, half_height } => [half_width, half_height],
     };
     [(2.0 * u - 1.0) * half_x, (2.0 * v - 1.0) * half_y]
+}
+
+/// Depth and normals of the plane n.X = distance, in float32.
+pub fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) -> ByHand {
+    let depth = |x: usize, y: usize| {
+        let [sx, sy] = slope(projection, size, x, y);
+        let z = match projection {
+            Projection::Perspective { .. } => distance / n.dot(DVec3::new(sx, sy, 1.0)),
+            Projection::Orthographic { .. } => (distance - n.x * sx - n.y * sy) / n.z,
+        };
+        if z > 0.05 && z < 1e4 { z as f32 } else { f32::INFINITY }
+    };
+    let depth = Image::from_fn(size.0 as usize, size.1 as usize, depth);
+    let normals = depth.map(|_| n.as_vec3().to_array());
+    ByHand { depth, normals, projection }
+}
+
+/// An orthographic floor of texels of size 1 that faces the eye or, with a `rise`, falls away from it to the right by
+/// that much a texel; on it columns of texels, each so much nearer to the eye than the floor is there.
+pub fn columns(rise: f64, columns: &[(usize, f64)]) -> ByHand {
+    const WIDTH: usize = 41;
+    const HEIGHT: usize = 13;
+    let depth = Image::from_fn(WIDTH, HEIGHT, |x, _| {
+        let height: f64 = columns.iter().filter(|column| column.0 == x).map(|column| column.1).sum();
+        (100.0 + rise * x as f64 - height) as f32
+    });
+    let normal = DVec3::new(rise, 0.0, -1.0).normalize().as_vec3().to_array();
+    let projection = orthographic(1.0, (WIDTH as u32, HEIGHT as u32));
+    ByHand { normals: depth.map(|_| normal), depth, projection }
+}
+
+/// A surface of height h(x, y) above the plane z = 100, seen from straight above by texels of size 1, whose normals
+/// follow from its gradient there.
+pub fn heights(
+    (width, height): (u32, u32),
+    h: impl Fn(usize, usize) -> f64,
+    gradient: impl Fn(usize, usize) -> [f64; 2],
+) -> ByHand {
+    let (columns, rows) = (width as usize, height as usize);
+    ByHand {
+        depth: Image::from_fn(columns, rows, |x, y| (100.0 - h(x, y)) as f32),
+        normals: Image::from_fn(columns, rows, |x, y| {
+            let [dx, dy] = gradient(x, y);
+            DVec3::new(-dx, -dy, -1.0).normalize().as_vec3().to_array()
+        }),
+        projection: orthographic(1.0, (width, height)),
+    }
+}
+
+/// Half the width and height of [`pit`]: its middle is the texel (PIT, PIT).
+pub const PIT: usize = 20;
+
+/// Figure 6.2.4 of the chapter all around the middle: a floor that faces the eye, on it a rim two texels thick and
+/// `rim` high, from 6 texels away, and behind it the same low floor again. A point above that outer floor and below the
+/// line of sight over the rim is above the height field, yet hidden from the middle.
+pub fn pit(rim: f64) -> ByHand {
+    let size = 2 * PIT as u32 + 1;
+    let height = |x: usize, y: usize| match x.abs_diff(PIT).max(y.abs_diff(PIT)) {
+        6 | 7 => rim,
+        _ => 0.0,
+    };
+    heights((size, size), height, |_, _| [0.0; 2])
 }
