@@ -40,7 +40,7 @@ pub(super) struct Pixel {
     pub(super) n: DVec3,
     /// The step between two samples, in texels.
     pub(super) step_px: DVec2,
-    /// cos a, sin a, b.
+    /// cos a, sin a, b; for `ssao` a unit vector.
     pub(super) jitter: [f64; 3],
 }
 
@@ -202,7 +202,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn size(&self) -> DVec2 {
+    pub(super) fn size(&self) -> DVec2 {
         DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64)
     }
 
