@@ -6,10 +6,11 @@ use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::background::Background;
 use crate::pass::blur::{Blur, Kernel};
+use crate::pass::half_depth::HalfDepth;
 use crate::pass::method::{MethodPass, NormalEncoding, Variant};
 use crate::pass::{BACKGROUND_R32F, DepthInput, FullScreen, TextureRef, TextureTarget};
 use crate::scene::Projection;
-use crate::settings::{AoFormat, BlurKernel, DepthSigma, Method, Settings};
+use crate::settings::{AoFormat, BlurKernel, DepthSigma, Method, Settings, SsaoDepth};
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -108,6 +109,8 @@ struct Programs {
     variant: Variant,
     /// The stencil, and the method that it serves; none where A = 1 everywhere.
     ao: Option<(Background, MethodPass)>,
+    /// What the method's samples read, where that is not the depth image itself.
+    half_depth: Option<HalfDepth>,
     /// X and Y, or the one full pass, or none.
     blurs: Vec<(&'static str, Blur)>,
 }
@@ -115,7 +118,7 @@ struct Programs {
 /// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
 ///
 /// All OpenGL state that it touches is put back: what is tested, masked and blended, the stencil, the viewport, the
-/// program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 2, and how pixels are unpacked.
+/// program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are unpacked.
 /// It needs OpenGL 3.3 core and no extension.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
@@ -267,6 +270,13 @@ impl AmbientOcclusion {
             }
             Ok(())
         })?;
+        if let Some(half_depth) = &programs.half_depth {
+            timers.pass("half_depth", || {
+                half_depth.draw(full_screen, &depth);
+                surfaces[0].target.bind();
+                Ok(())
+            })?;
+        }
         timers.pass("ao", || {
             ao.draw(
                 full_screen,
@@ -317,6 +327,7 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.variant == variant) {
             return Ok(found);
         }
+        let half = self.settings.method == Method::Ssao && self.settings.ssao_depth == SsaoDepth::Half;
         let blur = |&(name, kernel)| Ok((name, Blur::new(&self.gl, kernel, self.settings.blur, variant.depth)?));
         self.programs.push(Programs {
             variant,
@@ -324,6 +335,7 @@ impl AmbientOcclusion {
                 Some(method) => Some((Background::new(&self.gl, variant.depth)?, method)),
                 None => None,
             },
+            half_depth: if half { Some(HalfDepth::new(&self.gl, variant.depth, self.size)?) } else { None },
             blurs: kernels(&self.settings).iter().map(blur).collect::<Result<_, Error>>()?,
         });
         Ok(self.programs.len() - 1)

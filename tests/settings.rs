@@ -31,7 +31,7 @@ fn a_value_out_of_range_is_refused_with_its_range() {
         ("blur", "43"),
         ("blur-depth-sigma", "0"),
         ("snap", "steps"),
-        ("method", "ssao"),
+        ("method", "voxels"),
     ] {
         let knob = KNOBS.iter().find(|knob| knob.name == name).unwrap();
         let error = knob.set(&mut Settings::default(), bad).unwrap_err();

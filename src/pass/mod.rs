@@ -5,12 +5,14 @@ pub(crate) mod background;
 pub(crate) mod blur;
 pub(crate) mod composite;
 pub(crate) mod gbuffer;
+pub(crate) mod half_depth;
 mod hbao;
 mod hbao_talk;
 pub(crate) mod method;
 mod microsphere;
 pub(crate) mod probe;
 mod ray_march;
+mod ssao;
 
 use crate::Error;
 use crate::gl::{Defines, Program, Source, Texture, source};
