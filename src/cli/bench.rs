@@ -8,7 +8,7 @@ use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::{Bench, median};
 use hbao::settings::Method;
-use hbao::{Apply, Error, Pipeline, Request};
+use hbao::{Apply, Error, Pipeline, Request, Settings};
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -64,12 +64,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let bench = Bench::run(gl, &mut pipeline, (&scene.mesh, &camera), flags.size, &settings, runs)?;
 
     let (width, height) = flags.size;
+    let (sampling, fetches) = samples(&settings);
     let mut table = format!(
-        "{}, {width}x{height}, {}, {} directions of {} steps, blur {}: milliseconds, {runs} runs\n",
+        "{}, {width}x{height}, {}, {sampling}, blur {}: milliseconds, {runs} runs\n",
         scene.name,
         settings.method.name(),
-        settings.directions,
-        settings.steps,
         settings.blur,
     );
     let _ = writeln!(table, "{:<8}{:>9}{:>9}{:>9}", "", "median", "min", "max");
@@ -80,9 +79,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         let _ = writeln!(table, "{name:<8}{:>9.1}{min:>9.1}{max:>9.1}", median(times));
     }
     // As if no pixel left early: where the radius is small on the screen, many do, and fetch nothing.
-    let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
-    let fetches = f64::from(width) * f64::from(height) * f64::from(settings.directions * settings.steps * rays);
-    let floor_ns_per_fetch = median(&bench.floor_ms) * 1e6 / fetches;
+    let floor_ns_per_fetch =
+        median(&bench.floor_ms) * 1e6 / (f64::from(width) * f64::from(height) * f64::from(fetches));
     let _ = writeln!(table, "floor: {floor_ns_per_fetch:.2} ns a fetch");
     let _ = writeln!(table, "ao / floor {:.2} (median of {runs} pairs)", bench.ratio());
     print(&table)?;
@@ -102,6 +100,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             "ao_ms": median(&bench.ao_ms),
             "floor_ms": median(&bench.floor_ms),
             "ao_to_floor": bench.ratio(),
+            "fetches_per_pixel": fetches,
             "floor_ns_per_fetch": floor_ns_per_fetch,
             "blur_ms": median(&bench.blur_ms),
             "fps": 1e3 / frame_ms,
@@ -112,4 +111,16 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         outputs.commit()?;
     }
     Ok(())
+}
+
+/// The samples about a pixel in words, and how many fetches of depth they are.
+fn samples(settings: &Settings) -> (String, u32) {
+    let Settings { directions, steps, rays, ssao_samples, .. } = settings;
+    match settings.method {
+        Method::Ssao => (format!("{ssao_samples} samples"), *ssao_samples),
+        Method::RayMarch => {
+            (format!("{directions} directions of {rays} rays of {steps} steps"), directions * rays * steps)
+        }
+        _ => (format!("{directions} directions of {steps} steps"), directions * steps),
+    }
 }
