@@ -106,8 +106,11 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
         AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap,
+        SsaoDepth, SsaoRotation, Toggle,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
+    // Its own blur is another's.
+    let ssao = || Settings { blur: 0, ..method(Method::Ssao, 100.0) };
     let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
     vec![
         base(150.0),
@@ -120,6 +123,10 @@ pub fn every_switch() -> Vec<Settings> {
         method(Method::Microsphere, 100.0),
         method(Method::Crease, 100.0),
         method(Method::None, 100.0),
+        ssao(),
+        Settings { ssao_samples: 8, ssao_rotation: SsaoRotation::Mirror, ssao_depth: SsaoDepth::Half, ..ssao() },
+        Settings { ssao_samples: 24, ssao_normals: Toggle::On, ssao_curve: Toggle::Off, ..ssao() },
+        Settings { ssao_normals: Toggle::On, ssao_depth: SsaoDepth::Half, jitter: Jitter::None, ..ssao() },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
     ]
 }
