@@ -17,13 +17,12 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) 
     let l = 0.01 * (1.0 + 2.4 / n).powi(index as i32 + 1);
     let mut offset = turned(settings.ssao_rotation, pixel.jitter.into(), l * corner / 3f64.sqrt());
 
-    // Of the point that an offset leads to: texture coordinates across, 2 P.z in depth.
+    // An offset is in texture coordinates across, and in 2 P.z in depth.
     let texels = |offset: DVec3| offset.truncate() * scene.size();
-    let depth = |offset: DVec3| pixel.P.z + offset.z * 2.0 * pixel.P.z;
     if settings.ssao_normals == Toggle::On {
         // Future improvements: no sample behind the surface. n.(Q - P) decides, Q the point at the sample's depth on
         // the ray through its position.
-        let Q = scene.position(pixel.p + texels(offset), depth(offset));
+        let Q = scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
         let D = Q - pixel.P;
         if pixel.n.dot(D) < shift.comparison * pixel.n.length() * D.length() {
             offset = -offset;
@@ -40,8 +39,8 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) 
     if z.is_infinite() {
         return 0.0;
     }
-    // Compared are rises above P over the reach 2 P.z l, as sines: it is a hundredth of the depth, so that of the depth
-    // itself a shift would be a hundred times what float32 can be off by.
+    // S.z > P.z + 2 P.z offset.z, as rises above P over the reach 2 P.z l, which are sines: reach is a hundredth of the
+    // depth, and a shift relative to the depth itself would be a hundred times what float32 can be off by.
     let reach = 2.0 * pixel.P.z * l;
     let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
     // Depth range check: 0.5 where the surface is too far in front of P.
