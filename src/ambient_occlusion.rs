@@ -9,10 +9,11 @@ use crate::image::Image;
 use crate::pass::background::Background;
 use crate::pass::blur::{self, Blur};
 use crate::pass::edges::Edges;
+use crate::pass::half_depth::HalfDepth;
 use crate::pass::method::{self, MethodPass, NormalEncoding};
 use crate::pass::{BACKGROUND_R32F, DepthInput, DepthSamples, FullScreen, Grid, TextureRef, TextureTarget};
 use crate::scene::Projection;
-use crate::settings::{AoFormat, DepthSigma, Method, Settings};
+use crate::settings::{AoFormat, DepthSigma, Method, Settings, SsaoDepth};
 use glow::HasContext;
 use plan::{Plan, Step};
 use std::sync::Arc;
@@ -156,13 +157,20 @@ struct Programs {
     stencils: Vec<(usize, Background)>,
     /// None where A = 1 everywhere.
     ao: Option<MethodPass>,
+    /// What the method's samples read, where that is not the depth image itself.
+    half_depth: Option<HalfDepth>,
     edges: Option<Edges>,
     blurs: Vec<(Step, Blur)>,
     blur_edges: Option<(Step, Blur)>,
 }
 
 impl Programs {
-    fn new(gl: &Arc<glow::Context>, settings: &Settings, variant: Variant) -> Result<Programs, Error> {
+    fn new(
+        gl: &Arc<glow::Context>,
+        settings: &Settings,
+        size: (u32, u32),
+        variant: Variant,
+    ) -> Result<Programs, Error> {
         let plan = Plan::new(settings, variant.samples.is_some());
         let depth = variant.method.depth;
         let ao = MethodPass::new(gl, settings, variant.method)?;
@@ -179,14 +187,16 @@ impl Programs {
         let blurs = plan.steps.iter().map(|&step| blur(step, None)).collect::<Result<_, Error>>()?;
         let blur_edges = plan.edges.map(|step| blur(step, variant.samples)).transpose()?;
         let edges = variant.samples.map(|samples| Edges::new(gl, samples)).transpose()?;
-        Ok(Programs { variant, plan, stencils, ao, edges, blurs, blur_edges })
+        let half = settings.method == Method::Ssao && settings.ssao_depth == SsaoDepth::Half;
+        let half_depth = if half { Some(HalfDepth::new(gl, depth, size)?) } else { None };
+        Ok(Programs { variant, plan, stencils, ao, half_depth, edges, blurs, blur_edges })
     }
 }
 
 /// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
 ///
 /// All OpenGL state that it touches is put back: what is tested, masked and blended, the stencil, the viewport, the
-/// program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 2, and how pixels are unpacked.
+/// program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are unpacked.
 /// It needs OpenGL 3.3 core and no extension.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
@@ -241,7 +251,7 @@ impl AmbientOcclusion {
         }
         let _state = SavedState::save(&gl);
         let mut ao = AmbientOcclusion {
-            radius: settings.radius_units()?,
+            radius: settings.radius_read()?,
             depth_sigma: settings.depth_sigma()?,
             settings,
             size,
@@ -337,6 +347,13 @@ impl AmbientOcclusion {
             }
             Ok(())
         })?;
+        if let Some(half_depth) = &programs.half_depth {
+            timers.pass("half_depth", || {
+                // Background is drawn too: it has no stencil.
+                half_depth.draw(full_screen, &depth);
+                Ok(())
+            })?;
+        }
         if let Some(ao) = &programs.ao {
             timers.pass("ao", || {
                 surfaces[0].target.bind();
@@ -404,7 +421,7 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.variant == variant) {
             return Ok(found);
         }
-        let programs = Programs::new(&self.gl, &self.settings, variant)?;
+        let programs = Programs::new(&self.gl, &self.settings, self.size, variant)?;
         self.allocate(&programs.plan)?;
         self.programs.push(programs);
         Ok(self.programs.len() - 1)

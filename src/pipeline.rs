@@ -272,7 +272,7 @@ impl Pipeline {
 
     /// Background must lie further than R beyond all else, or it would occlude.
     fn check_depth_range(&self, camera: &Camera) -> Result<(), Error> {
-        let reach = camera.far + self.settings.radius_units()?;
+        let reach = camera.far + self.settings.radius_read()?;
         if self.settings.depth_format == DepthFormat::R16f && reach > f64::from(BACKGROUND_R16F) {
             return Err(Error::Usage(format!(
                 "depth-format r16f holds depths to {BACKGROUND_R16F}, and the far plane plus the radius is {reach:.0}: \

@@ -392,6 +392,11 @@ impl Settings {
         }
     }
 
+    /// R in scene units for the method's passes; 0 where the method reads none, whatever it is set to.
+    pub(crate) fn radius_read(&self) -> Result<f64, Error> {
+        if self.method.reads("radius") { self.radius_units() } else { Ok(0.0) }
+    }
+
     /// How many pixels, in x and in y, a texel of ambient occlusion stands for before the blur.
     pub fn ao_scale(&self) -> u32 {
         if self.half_res { 2 } else { 1 }

@@ -1,8 +1,9 @@
 //! The 4x4 rotation tile of ShaderX7 6.2 (Directions and jittering): (cos a, sin a, b), a random angle below that
-//! between two directions and a random fraction of a step, repeated over the screen.
+//! between two directions and a random fraction of a step, repeated over the screen. For `ssao` it is 6.1's (Randomly
+//! rotated kernel): random unit vectors by which the offsets are turned.
 
 use crate::image::Image;
-use crate::settings::{Jitter, Settings};
+use crate::settings::{Jitter, Method, Settings};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 use std::f64::consts::TAU;
@@ -10,16 +11,26 @@ use std::f64::consts::TAU;
 /// Fixed, so that every run and platform jitters alike.
 const SEED: u128 = 0x6862_616f_2008_0602;
 
-/// (cos a, sin a, b) with a uniform in [0, 2 pi / N_d) and b in [0, 1); a = b = 0 without jitter. The pixel at window
-/// position (x, y), y up, uses texel (x mod 4, y mod 4). The same on every platform.
+/// (cos a, sin a, b) with a uniform in [0, 2 pi / N_d) and b in [0, 1); a = b = 0 without jitter. For `ssao` unit vectors
+/// (x, y, z) uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter: those below would turn the offsets no
+/// further apart, and the rotation to (0, 0, -1) is not defined.
+///
+/// The pixel at window position (x, y), y up, uses texel (x mod 4, y mod 4). The same on every platform.
 pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
+    let vectors = settings.method == Method::Ssao;
     if settings.jitter == Jitter::None {
-        return Image::filled(4, 4, [1.0, 0.0, 0.0]);
+        return Image::filled(4, 4, if vectors { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] });
     }
     let mut random = Pcg64Mcg::new(SEED);
     // As many bits as float32 holds, so that b stays below 1 there.
     let mut uniform = move || (random.next_u64() >> 40) as f64 / (1u64 << 24) as f64;
     Image::from_fn(4, 4, |_, _| {
+        if vectors {
+            // Slices of equal height have equal areas on the sphere. The square root is exact on every platform.
+            let (a, z) = (uniform() * TAU, uniform());
+            let across = (1.0 - z * z).sqrt();
+            return [across * libm::cos(a), across * libm::sin(a), z].map(|c| c as f32);
+        }
         let a = uniform() * TAU / f64::from(settings.directions);
         // libm's sine is the same everywhere; the standard library's is the platform's.
         [libm::cos(a) as f32, libm::sin(a) as f32, uniform() as f32]
@@ -35,6 +46,50 @@ pub(crate) fn directions(count: u32) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::ssao::turned;
+    use crate::settings::SsaoRotation;
+    use glam::DVec3;
+
+    fn vectors(jitter: Jitter) -> Vec<DVec3> {
+        let tile = rotation_tile(&Settings { method: Method::Ssao, jitter, ..Settings::default() });
+        tile.texels.iter().map(|v| DVec3::from(v.map(f64::from))).collect()
+    }
+
+    #[test]
+    fn the_vectors_of_ssao_are_unit_in_the_upper_hemisphere_and_the_same_everywhere() {
+        let tile = vectors(Jitter::Tile);
+        assert!(tile.iter().all(|v| (v.length() - 1.0).abs() < 1e-7 && v.z >= 0.0), "{tile:?}");
+        for (i, v) in tile.iter().enumerate() {
+            assert!(tile[..i].iter().all(|other| other.distance(*v) > 0.01), "two texels are alike: {tile:?}");
+        }
+        // Of 16 uniform over the hemisphere the mean z is 1/2 to within 1/sqrt(12 * 16) or so, and x and y stand
+        // within 1/sqrt(3 * 16) or so of 0.
+        let mean = tile.iter().sum::<DVec3>() / 16.0;
+        assert!((mean.z - 0.5).abs() < 0.22 && mean.truncate().length() < 0.5, "{mean}");
+        assert_eq!(vectors(Jitter::None), [DVec3::Z; 16]);
+        let texel = tile[0].as_vec3().to_array();
+        assert_eq!(texel.map(f32::to_bits), [3_178_113_546, 3_198_166_795, 1_064_481_443], "{texel:?}");
+    }
+
+    #[test]
+    fn turned_offsets_keep_their_lengths_and_the_matrix_carries_z_to_the_tiles_vector() {
+        // The horizon and the zenith too, which the tile need not hold.
+        for v in vectors(Jitter::Tile).into_iter().chain([DVec3::X, DVec3::NEG_Y, DVec3::Z]) {
+            assert!(turned(SsaoRotation::Matrix, v, DVec3::Z).distance(v) < 1e-7);
+            assert!(turned(SsaoRotation::Mirror, v, v).distance(-v) < 1e-6);
+            for rotation in [SsaoRotation::Matrix, SsaoRotation::Mirror] {
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turned(rotation, v, axis));
+                let handed = if rotation == SsaoRotation::Matrix { 1.0 } else { -1.0 };
+                assert!((axes[0].cross(axes[1]).dot(axes[2]) - handed).abs() < 1e-6, "{rotation:?} {v}");
+                for corner in 0..8 {
+                    let side = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+                    let offset = DVec3::new(side(2), side(1), side(0)) / 3f64.sqrt();
+                    let length = turned(rotation, v, offset).length();
+                    assert!((length - 1.0).abs() < 1e-6, "{rotation:?} {v} {offset}: {length}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn the_tile_turns_by_less_than_a_direction_and_is_the_same_everywhere() {

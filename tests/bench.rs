@@ -14,7 +14,9 @@ fn bench(folder: &std::path::Path, arguments: &str) -> Output {
 #[test]
 fn it_prints_a_table_and_writes_the_contracts_fields() {
     let folder = tempfile::tempdir().unwrap();
-    for method in ["hbao", "hbao-talk", "ray-march", "microsphere", "crease"] {
+    for (method, fetches) in
+        [("hbao", 64), ("hbao-talk", 64), ("ray-march", 256), ("microsphere", 64), ("crease", 64), ("ssao", 16)]
+    {
         let output = bench(folder.path(), &format!("--size 96x72 --runs 3 --method {method} --json b.json"));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let table = String::from_utf8(output.stdout).unwrap();
@@ -30,6 +32,7 @@ fn it_prints_a_table_and_writes_the_contracts_fields() {
         for figure in ["frame_ms", "ao_ms", "floor_ms", "blur_ms", "fps", "mpixels_per_s"] {
             assert!(row[figure].as_f64().is_some_and(|x| x > 0.0), "{figure}: {row}");
         }
+        assert_eq!(row["fetches_per_pixel"], fetches);
         // The frame holds the passes that it is made of.
         let ms = |name: &str| row[name].as_f64().unwrap();
         assert!(ms("frame_ms") > ms("ao_ms"));

@@ -23,7 +23,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("malformed.toml", b"steps = = 3\n"),
     ("unknown.toml", b"stepz = 3\n"),
     ("range.toml", b"steps = 300\n"),
-    ("method.toml", b"method = \"ssao\"\n"),
+    ("method.toml", b"method = \"voxels\"\n"),
     ("table.toml", b"[settings]\nsteps = 3\n"),
     ("point.obj", b"v 1 2 3\nf 1 1 1\n"),
     ("binary.toml", b"\x89PNG\r\n\x1a\n\x00\xff\xfe"),

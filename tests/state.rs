@@ -6,14 +6,14 @@ mod rig;
 use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Image;
-use hbao::settings::AoFormat;
+use hbao::settings::{AoFormat, Method, SsaoDepth};
 use hbao::{AmbientOcclusion, Format, NormalEncoding, Settings, TextureTarget, format_renders};
 use rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
 use std::collections::BTreeMap;
 
 const SIZE: (u32, u32) = (37, 23);
 /// The passes use three; a fourth must not be touched by accident.
-const UNITS: u32 = 4;
+const UNITS: u32 = 5;
 
 /// A floor with a step in it and background above.
 fn view() -> ByHand {
@@ -318,12 +318,20 @@ fn settings() -> Settings {
 
 #[test]
 fn all_state_is_put_back_and_none_shows_in_the_result() {
+    // The second has a pass more, and a texture unit.
+    let ssao = Settings { method: Method::Ssao, ssao_depth: SsaoDepth::Half, blur: 0, ..settings() };
+    for settings in [settings(), ssao] {
+        hold_state(&settings);
+    }
+}
+
+fn hold_state(settings: &Settings) {
     for backend in rig::BOTH {
         for target in [TextureTarget::Rectangle, TextureTarget::Texture2d] {
             let view = view();
             let expected = {
                 let context = Context::open(backend).unwrap();
-                view.by_shader_from(context.gl(), &settings(), target, NormalEncoding::Signed)
+                view.by_shader_from(context.gl(), settings, target, NormalEncoding::Signed)
             };
             assert!(expected.texels.iter().any(|&a| a < 0.95) && view.depth.texels.contains(&f32::INFINITY));
 
@@ -337,7 +345,7 @@ fn all_state_is_put_back_and_none_shows_in_the_result() {
             // Some switches are on from the start, and some state has one value only. Most must differ to say anything.
             assert!(same.len() * 6 < before.len(), "left as they were: {same:?}");
 
-            let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), &settings()).unwrap();
+            let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), settings).unwrap();
             assert_same(&before, &state(gl), "new");
             let visibility = ao.render(&textures.inputs).unwrap();
             assert_same(&before, &state(gl), "the first run, which compiles");

@@ -9,7 +9,7 @@ uniform sampler2D normal_image;
 vec3 stored_normal(vec2 p) { return textureLod(normal_image, pixel_of(p) * texel, 0.0).xyz; }
 #endif
 
-uniform sampler2DRect tile; // 4x4: cos a, sin a, b
+uniform sampler2DRect tile; // 4x4: cos a, sin a, b; for ssao a unit vector
 uniform float radius;       // R, scene units
 uniform float strength;
 
@@ -19,7 +19,7 @@ struct Surface {
     vec2 r;       // x', y' of the ray through p: 0 when orthographic
     vec3 n;       // the normal, of any length, turned to the eye
     float facing; // -(n.r), not negative
-    vec3 jitter;  // cos a, sin a, b
+    vec3 jitter;  // the tile's texel
 };
 
 Surface surface_at(vec2 p)

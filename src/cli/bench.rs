@@ -8,7 +8,7 @@ use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::{Bench, median};
 use hbao::settings::Method;
-use hbao::{Apply, Error, Pipeline, Request};
+use hbao::{Apply, Error, Pipeline, Request, Settings};
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -64,12 +64,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let bench = Bench::run(gl, &mut pipeline, (&scene.mesh, &camera), flags.size, &settings, runs)?;
 
     let (width, height) = flags.size;
+    let (sampling, fetches) = samples(&settings);
     let mut table = format!(
-        "{}, {width}x{height}, {}, {} directions of {} steps, blur {}, {} samples{}: milliseconds, {runs} runs\n",
+        "{}, {width}x{height}, {}, {sampling}, blur {}, {} depth samples{}: milliseconds, {runs} runs\n",
         scene.name,
         settings.method.name(),
-        settings.directions,
-        settings.steps,
         settings.blur,
         pipeline.samples(),
         if settings.half_res { ", half resolution" } else { "" },
@@ -82,10 +81,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         let _ = writeln!(table, "{name:<8}{:>9.1}{min:>9.1}{max:>9.1}", median(times));
     }
     // As if no pixel left early: where the radius is small on the screen, many do, and fetch nothing.
-    let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
     let texels = [width, height].map(|side| f64::from(side.div_ceil(settings.ao_scale()))).iter().product::<f64>();
-    let fetches = texels * f64::from(settings.directions * settings.steps * rays);
-    let floor_ns_per_fetch = median(&bench.floor_ms) * 1e6 / fetches;
+    let floor_ns_per_fetch = median(&bench.floor_ms) * 1e6 / (texels * f64::from(fetches));
     let _ = writeln!(table, "floor: {floor_ns_per_fetch:.2} ns a fetch");
     let _ = writeln!(table, "ao / floor {:.2} (median of {runs} pairs)", bench.ratio());
     print(&table)?;
@@ -108,6 +105,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             "ao_ms": median(&bench.ao_ms),
             "floor_ms": median(&bench.floor_ms),
             "ao_to_floor": bench.ratio(),
+            "fetches_per_pixel": fetches,
             "floor_ns_per_fetch": floor_ns_per_fetch,
             "blur_ms": median(&bench.blur_ms),
             "fps": 1e3 / frame_ms,
@@ -118,4 +116,16 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         outputs.commit()?;
     }
     Ok(())
+}
+
+/// The samples about a pixel in words, and how many fetches of depth they are.
+fn samples(settings: &Settings) -> (String, u32) {
+    let Settings { directions, steps, rays, ssao_samples, .. } = settings;
+    match settings.method {
+        Method::Ssao => (format!("{ssao_samples} samples"), *ssao_samples),
+        Method::RayMarch => {
+            (format!("{directions} directions of {rays} rays of {steps} steps"), directions * rays * steps)
+        }
+        _ => (format!("{directions} directions of {steps} steps"), directions * steps),
+    }
 }

@@ -4,7 +4,7 @@ use glow::HasContext;
 use std::sync::Arc;
 
 /// Texture units that the passes use.
-const UNITS: u32 = 3;
+const UNITS: u32 = 4;
 
 /// Switches that the passes need off. Blending is held apart: it is a switch per draw buffer.
 const SWITCHES: [u32; 21] = [

@@ -2,8 +2,8 @@
 //! their shaders: a file of its own each, here and in `glsl/`.
 
 use super::{
-    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, hbao, hbao_talk,
-    microsphere, ray_march,
+    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, half_depth, hbao,
+    hbao_talk, microsphere, ray_march, ssao,
 };
 use crate::Error;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
@@ -64,7 +64,7 @@ impl MethodPass {
             Method::HbaoTalk => hbao_talk::shader(settings, defines),
             Method::RayMarch => ray_march::shader(settings, defines),
             Method::Microsphere | Method::Crease => microsphere::shader(settings, defines),
-            Method::Ssao => return Err(Error::Usage("ssao is not built yet".into())),
+            Method::Ssao => ssao::shader(settings, defines),
             Method::None => return Ok(None),
         };
         let mut pieces = vec![FETCH, RAY, source!("shared/surface.glsl"), source!("shared/attenuation.glsl")];
@@ -100,6 +100,7 @@ impl MethodPass {
         program
             .unit("normal_image", 1)
             .unit("tile", 2)
+            .unit("half_depth_image", half_depth::UNIT)
             .float("near", near)
             .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)

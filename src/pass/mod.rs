@@ -6,6 +6,7 @@ pub(crate) mod blur;
 pub(crate) mod composite;
 pub(crate) mod edges;
 pub(crate) mod gbuffer;
+pub(crate) mod half_depth;
 mod hbao;
 mod hbao_talk;
 pub(crate) mod method;
@@ -13,6 +14,7 @@ mod microsphere;
 pub(crate) mod probe;
 mod ray_march;
 pub(crate) mod resolve;
+mod ssao;
 
 use crate::Error;
 use crate::gl::{Defines, Program, Source, Texture, source};
@@ -88,6 +90,11 @@ impl Grid {
         (self.full.0.div_ceil(self.scale[0]), self.full.1.div_ceil(self.scale[1]))
     }
 
+    /// Of the full image, in texels.
+    fn extent(self) -> [f64; 2] {
+        [f64::from(self.full.0) / f64::from(self.scale[0]), f64::from(self.full.1) / f64::from(self.scale[1])]
+    }
+
     /// Where the view's axis lies, in texels: at full.x / 2 pixels, of which texel x + 0.5 is number scale x + 0.5.
     fn axis(self) -> [f64; 2] {
         let along = |full: u32, scale: u32| (f64::from(full) / 2.0 + f64::from(scale - 1) / 2.0) / f64::from(scale);
@@ -109,6 +116,7 @@ impl Grid {
         let (width, height) = self.size();
         program
             .vec2("size", [f64::from(width), f64::from(height)])
+            .vec2("extent", self.extent())
             .vec2("axis", self.axis())
             .vec2("pixel", self.texel_extent(projection));
     }

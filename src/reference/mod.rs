@@ -9,12 +9,13 @@ mod hbao_talk;
 mod microsphere;
 mod ray_march;
 mod sampling;
+pub(crate) mod ssao;
 pub mod trace;
 
 use crate::Error;
 use crate::image::Image;
 use crate::scene::Projection;
-use crate::settings::{Method, Settings};
+use crate::settings::{Method, Settings, Toggle};
 use rayon::prelude::*;
 use sampling::{EXACT, Pixel, Scene, Shift};
 use std::f64::consts::PI;
@@ -26,7 +27,7 @@ pub struct Inputs<'a> {
     pub depth: &'a Image<f32>,
     /// Eye-space normals, of any length.
     pub normals: &'a Image<[f32; 3]>,
-    /// The 4x4 rotation tile: cos a, sin a, b.
+    /// The 4x4 rotation tile, of the settings' method ([`crate::rotation_tile`]).
     pub tile: &'a Image<[f32; 3]>,
     /// The view's projection.
     pub projection: Projection,
@@ -47,13 +48,13 @@ pub fn visibility(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Er
         if method.exits_early(&pixel, EXACT) {
             return 1.0;
         }
-        let occlusion: f64 = (0..settings.directions).map(|k| (method.occlusion)(&scene, &pixel, k, EXACT)).sum();
-        (1.0 - method.scale * occlusion).clamp(0.0, 1.0)
+        let occlusion: f64 = (0..method.count).map(|k| (method.occlusion)(&scene, &pixel, k, EXACT)).sum();
+        method.visibility(occlusion)
     }))
 }
 
 /// The pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative,
-/// either way and in each direction apart: where float32 may decide otherwise than float64.
+/// either way and in each direction or sample apart: where float32 may decide otherwise than float64.
 ///
 /// # Errors
 /// As [`visibility`].
@@ -69,26 +70,30 @@ pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Er
             return false;
         }
         let term = |k, shift| (method.occlusion)(&scene, &pixel, k, shift);
-        let moves: f64 = (0..settings.directions)
+        let moves: f64 = (0..method.count)
             .map(|k| {
                 // Where the exit itself is in doubt, the whole occlusion is.
                 let exact = if exits.contains(&true) { 0.0 } else { term(k, EXACT) };
                 shifts.iter().map(|&shift| (term(k, shift) - exact).abs()).fold(0.0, f64::max)
             })
             .sum();
-        method.scale * moves > 1e-3
+        method.steepest() * moves > 1e-3
     }))
 }
 
-/// The occlusion of a pixel in one direction.
+/// The occlusion of a pixel in one direction, or by one sample.
 type Occlusion = fn(&Scene, &Pixel, u32, Shift) -> f64;
 
-/// A method: A = 1 - scale times the sum of its occlusion in each direction.
+/// A method: A = 1 - scale times the sum of its occlusion in each direction, or by each sample.
 struct Terms {
     occlusion: Occlusion,
+    /// The directions or samples.
+    count: u32,
     scale: f64,
     /// Whether A = 1 where a step is below a texel (6.2, Variable step size).
     early_exit: bool,
+    /// Whether it ends with A^2 + A (6.1).
+    curve: bool,
 }
 
 impl Terms {
@@ -100,9 +105,27 @@ impl Terms {
             Method::HbaoTalk => (hbao_talk::occlusion, strength / directions),
             Method::RayMarch => (ray_march::occlusion, strength / (directions * f64::from(settings.rays))),
             Method::Microsphere | Method::Crease => (microsphere::occlusion, strength / PI),
-            Method::Ssao | Method::None => return None,
+            Method::Ssao => (ssao::occlusion, 1.0 / f64::from(settings.ssao_samples)),
+            Method::None => return None,
         };
-        Some(Terms { occlusion, scale, early_exit: settings.method != Method::RayMarch })
+        let samples = settings.method == Method::Ssao;
+        Some(Terms {
+            occlusion,
+            count: if samples { settings.ssao_samples } else { settings.directions },
+            scale,
+            early_exit: !matches!(settings.method, Method::RayMarch | Method::Ssao),
+            curve: samples && settings.ssao_curve == Toggle::On,
+        })
+    }
+
+    fn visibility(&self, occlusion: f64) -> f64 {
+        let open = (1.0 - self.scale * occlusion).clamp(0.0, 1.0);
+        if self.curve { (open * open + open).min(1.0) } else { open }
+    }
+
+    /// By how much A can move for each 1 of occlusion: A^2 + A rises by sqrt(5) where it reaches 1.
+    fn steepest(&self) -> f64 {
+        if self.curve { 5f64.sqrt() * self.scale } else { self.scale }
     }
 
     fn exits_early(&self, pixel: &Pixel, shift: Shift) -> bool {

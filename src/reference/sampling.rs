@@ -40,7 +40,7 @@ pub(super) struct Pixel {
     pub(super) n: DVec3,
     /// The step between two samples, in texels.
     pub(super) step_px: DVec2,
-    /// cos a, sin a, b.
+    /// cos a, sin a, b; for `ssao` a unit vector.
     pub(super) jitter: [f64; 3],
 }
 
@@ -80,7 +80,7 @@ impl<'a> Scene<'a> {
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
             return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
         }
-        Ok(Scene { inputs, settings, radius: settings.radius_units()?, scale: settings.ao_scale() as usize })
+        Ok(Scene { inputs, settings, radius: settings.radius_read()?, scale: settings.ao_scale() as usize })
     }
 
     /// None on background.
@@ -215,6 +215,11 @@ impl<'a> Scene<'a> {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
             Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
         }
+    }
+
+    /// The inputs' width and height, in texels of the result.
+    pub(super) fn extent(&self) -> DVec2 {
+        DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64) / self.scale as f64
     }
 
     /// Width and height of the result.

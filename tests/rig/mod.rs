@@ -120,9 +120,11 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
 /// Settings that use every value of every switch, four at most at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap,
+        Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap, SsaoDepth,
+        SsaoRotation, Toggle,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
+    let ssao = || method(Method::Ssao, 100.0);
     let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
     vec![
         base(150.0),
@@ -139,6 +141,10 @@ pub fn every_switch() -> Vec<Settings> {
         Settings { half_res: true, ..base(400.0) },
         Settings { half_res: true, blur_kernel: BlurKernel::Full, msaa: 1, ..base(400.0) },
         Settings { half_res: true, blur: 0, ..base(400.0) },
+        ssao(),
+        Settings { ssao_samples: 8, ssao_rotation: SsaoRotation::Mirror, ssao_depth: SsaoDepth::Half, ..ssao() },
+        Settings { ssao_samples: 24, ssao_normals: Toggle::On, ssao_curve: Toggle::Off, half_res: true, ..ssao() },
+        Settings { ssao_normals: Toggle::On, ssao_depth: SsaoDepth::Half, jitter: Jitter::None, blur: 0, ..ssao() },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
     ]
 }

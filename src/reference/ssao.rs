@@ -1,0 +1,64 @@
+//! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1, the share of
+//! open space among points about P.
+
+use super::sampling::{Pixel, Scene, Shift};
+use crate::settings::{SsaoDepth, SsaoRotation, Toggle};
+use glam::{DMat3, DVec3};
+
+/// What sample i = `index` + 1 takes from accessibility: 1 less what it adds.
+#[allow(non_snake_case)]
+pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
+    let settings = scene.settings;
+    let n = f64::from(settings.ssao_samples);
+    // SSAO pixel shader: offsets are a cube's corners, x outermost and z innermost, of lengths l_i that grow on across
+    // the octets.
+    let side = |corner: u32| if corner.is_multiple_of(2) { -1.0 } else { 1.0 };
+    let corner = DVec3::new(side(index / 4), side(index / 2), side(index));
+    let l = 0.01 * (1.0 + 2.4 / n).powi(index as i32 + 1);
+    let mut offset = turned(settings.ssao_rotation, pixel.jitter.into(), l * corner / 3f64.sqrt());
+
+    // An offset is in texture coordinates across, and in 2 P.z in depth.
+    let texels = |offset: DVec3| offset.truncate() * scene.extent();
+    if settings.ssao_normals == Toggle::On {
+        // Future improvements: no sample behind the surface. n.(Q - P) decides, Q the point at the sample's depth on
+        // the ray through its position.
+        let Q = scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
+        let D = Q - pixel.P;
+        if pixel.n.dot(D) < shift.comparison * pixel.n.length() * D.length() {
+            offset = -offset;
+        }
+    }
+
+    // The nearest texel, in the image.
+    let q = scene.clamped(pixel.p + shift.round(texels(offset)));
+    let (x, y, scale) = (q.x as usize, q.y as usize, settings.ao_scale() as usize);
+    let z = f64::from(match settings.ssao_depth {
+        SsaoDepth::Full => scene.inputs.depth.at(scale * x, scale * y),
+        SsaoDepth::Half => scene.inputs.depth.at(scale * x / 2 * 2, scale * y / 2 * 2),
+    });
+    if z.is_infinite() {
+        return 0.0;
+    }
+    // S.z > P.z + 2 P.z offset.z, as rises above P over the reach 2 P.z l, which are sines: reach is a hundredth of the
+    // depth, and a shift relative to the depth itself would be a hundred times what float32 can be off by.
+    let reach = 2.0 * pixel.P.z * l;
+    let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
+    // Depth range check: 0.5 where the surface is too far in front of P.
+    let range = ((pixel.P.z - z) / z).clamp(0.0, 1.0);
+    1.0 - (open * (1.0 - range) + 0.5 * range)
+}
+
+/// Randomly rotated kernel: an offset turned by the tile's vector.
+pub(crate) fn turned(rotation: SsaoRotation, v: DVec3, offset: DVec3) -> DVec3 {
+    match rotation {
+        // Future improvements: mirrored at the plane with normal v.
+        SsaoRotation::Mirror => offset - 2.0 * offset.dot(v) * v,
+        // The rotation that carries (0, 0, 1) to v. v.z >= 0 in the tile, so h is never singular.
+        SsaoRotation::Matrix => {
+            let h = 1.0 / (1.0 + v.z);
+            let x = DVec3::new(h * v.y * v.y + v.z, -h * v.x * v.y, -v.x);
+            let y = DVec3::new(-h * v.x * v.y, h * v.x * v.x + v.z, -v.y);
+            DMat3::from_cols(x, y, v) * offset
+        }
+    }
+}
