@@ -28,6 +28,12 @@ impl Shot {
         self
     }
 
+    /// The same shot with the camera's head to one side, so that no row of the picture has one depth.
+    pub fn rolled(mut self) -> Shot {
+        self.view.up = Some(dvec3(0.13, 1.0, 0.05));
+        self
+    }
+
     /// The same shot of a world whose every length is multiplied.
     pub fn scaled(&self, factor: f64) -> Shot {
         let scale = |p: Option<DVec3>| p.map(|p| p * factor);

@@ -11,7 +11,6 @@ use hbao::settings::{AoFormat, DepthFormat, Method};
 /// Coverage, depth, normals and colours against one ray a pixel. At 99.5 % of the pixels: at a silhouette, and where
 /// triangles meet, the rasteriser's fixed-point vertices decide otherwise than the exact ones.
 pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Settings, context: &str) {
-    const SHARE: f64 = 0.005;
     let size = (size.0 as usize, size.1 as usize);
     let camera = shot.camera((size.0 as u32, size.1 as u32));
     let at = |sample| reference::gbuffer::gbuffer(&shot.mesh, &camera, size, settings.normals, sample);
@@ -21,13 +20,15 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
         Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() && seen.at(x, y).depth.is_finite());
     let either =
         Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() || seen.at(x, y).depth.is_finite());
+    // Two pixels are more than that of a very small picture.
+    let share = 0.005f64.max(2.0 / either.texels.iter().filter(|&&e| e).count().max(1) as f64);
     let one = |covered: bool| f64::from(u8::from(covered));
     hold(
         "coverage",
         &frame.covered().map(one),
         &seen.map(|s| one(s.depth.is_finite())),
         &either,
-        Limits { tolerance: 0.0, share: SHARE },
+        Limits { tolerance: 0.0, share },
         context,
     );
 
@@ -38,13 +39,13 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
         DepthFormat::R16f => 1e-5 + 2f64.powi(-10),
     };
     let (zero, unit) = (both.map(|_| 0.0), both.map(|_| 1.0));
-    hold("depth over that of the ray", &relative, &unit, &both, Limits { tolerance, share: SHARE }, context);
+    hold("depth over that of the ray", &relative, &unit, &both, Limits { tolerance, share }, context);
 
     let degrees = Image::from_fn(size.0, size.1, |x, y| {
         let (n, expected) = (Vec3::from(frame.normals.at(x, y)).as_dvec3(), seen.at(x, y).normal);
         n.cross(expected).length().atan2(n.dot(expected)).to_degrees()
     });
-    hold("normals off by degrees", &degrees, &zero, &both, Limits { tolerance: 1.0, share: SHARE }, context);
+    hold("normals off by degrees", &degrees, &zero, &both, Limits { tolerance: 1.0, share }, context);
 
     // Two fifths ambient, the rest from over the viewer's left shoulder.
     let light = DVec3::new(-2.0, 3.0, -3.5).normalize();
@@ -60,7 +61,7 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
         // The rounding to 8 bits, of each sample and again of their mean, and what interpolation leaves.
         let roundings = if all.len() > 1 { 2.0 } else { 1.0 };
         let tolerance = (0.5 * roundings + 0.25) / 255.0;
-        hold("colour", &got, &shaded, &both, Limits { tolerance, share: SHARE }, context);
+        hold("colour", &got, &shaded, &both, Limits { tolerance, share }, context);
     }
     let background = either.map(|covered| !covered);
     if background.texels.contains(&true) {
