@@ -303,6 +303,78 @@ fn background_is_open_even_where_it_stands_for_a_depth_that_a_sample_exceeds() {
     assert_eq!(got, vec![1.0; view.depth.texels.len()]);
 }
 
+/// Edge-preserving blur: where the surface is the same along a column, its pixels see the same through every fourth row's
+/// vectors, and a mean over 4x4 pixels meets each of the sixteen once. On the wall that faces the camera there is no
+/// noise to begin with; beside a step there is much.
+#[test]
+fn the_blur_of_4x4_leaves_no_noise_where_the_surface_is_the_same() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let size = (96, 40);
+    for projection in [perspective(60.0, size), orthographic(0.1, size)] {
+        let step = heights(projection, size, |x, _| if x < 48 { 5.0 } else { 5.6 });
+        for settings in variants().into_iter().filter(|s| s.ssao_samples == 16) {
+            // All of the step within the blur's reach in depth, and then none of it.
+            for sigma in [None, Some(0.1)] {
+                let settings = Settings { blur_depth_sigma: sigma, ..settings.clone() };
+                let blurred = Settings { blur: 9, ..settings.clone() };
+                let shaken = |(who, image): (&str, Image<f64>)| {
+                    // Rows nearer to the border have taps on one side only.
+                    let column = |x: usize| (2..38).map(move |y| (x, y));
+                    let spread = |x: usize| {
+                        let of = |f: fn(f64, f64) -> f64, start| column(x).map(|(x, y)| image.at(x, y)).fold(start, f);
+                        of(f64::max, 0.0) - of(f64::min, 1.0)
+                    };
+                    ((0..96).map(spread).fold(0.0, f64::max), who.to_string())
+                };
+                for (before, who) in step.by_both(context.gl(), &settings).map(shaken) {
+                    assert!(before > 0.05, "{who}: there is no noise, {before}");
+                }
+                for (after, who) in step.by_both(context.gl(), &blurred).map(shaken) {
+                    assert!(after < FLOAT, "{who}: {after} is left\n{}", blurred.to_toml());
+                }
+            }
+        }
+    }
+}
+
+/// Edge-preserving blur: only pixels with a similar depth are blended.
+#[test]
+fn the_blur_of_4x4_does_not_cross_a_step_deeper_than_sigma() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let step = |far: f64| heights(orthographic(0.1, SIZE), SIZE, move |x, _| if x < 48 { 5.0 } else { far });
+    // A quarter of the depth 2 P.z l_n of the farthest sample.
+    let settings = Settings { blur: 9, jitter: Jitter::None, ..plain() };
+    let sigma = 5.0 * 2.0 * 0.01 * 1.15f64.powi(16) / 4.0;
+    for (who, crossed) in step(5.0 + 0.99 * sigma).by_both(context.gl(), &settings) {
+        let raw = step(5.0 + 0.99 * sigma).by_twin(&Settings { blur: 0, ..settings.clone() });
+        // Without jitter a row is what it is: four columns of it, equally.
+        let mean = (46..50).map(|x| raw.at(x, 30)).sum::<f64>() / 4.0;
+        assert!((crossed.at(48, 30) - mean).abs() < FLOAT && raw.at(47, 30) != raw.at(48, 30), "{who}");
+    }
+    for (who, kept) in step(5.0 + 1.01 * sigma).by_both(context.gl(), &settings) {
+        let raw = step(5.0 + 1.01 * sigma).by_twin(&Settings { blur: 0, ..settings.clone() });
+        assert!((kept.at(47, 30) - (45..48).map(|x| raw.at(x, 30)).sum::<f64>() / 3.0).abs() < FLOAT, "{who}");
+    }
+}
+
+#[test]
+fn at_half_resolution_the_blur_of_4x4_meets_each_texel_of_the_tile_once() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let size = (97, 41);
+    let step = heights(orthographic(0.1, size), size, |x, _| if x < 48 { 5.0 } else { 5.3 });
+    let settings = Settings { half_res: true, blur: 9, ..plain() };
+    for (who, image) in step.by_both(context.gl(), &settings) {
+        assert_eq!((image.width, image.height), (97, 41));
+        for x in 0..97 {
+            // Two half texels from the border, all taps are inside.
+            for y in 5..35 {
+                assert!((image.at(x, y) - image.at(x, 5)).abs() < FLOAT, "{who} {x} {y}");
+            }
+        }
+        assert!((20..70).any(|x| (image.at(x, 20) - 0.5).abs() > 0.05), "{who}: nothing to be seen");
+    }
+}
+
 #[test]
 fn radius_directions_steps_and_strength_change_nothing() {
     let context = Context::open(Backend::Egl).unwrap();
