@@ -55,6 +55,37 @@ fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     assert!(covered > frame.depth.texels.len() / 10);
 }
 
+/// Holds every method and switch to the twins, and EGL and OSMesa to each other.
+fn hold_every_switch(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
+    let Some(shot) = open(name, eye, target, fov_y) else { return };
+    let [egl, osmesa] = rig::BOTH;
+    // What the switches were chosen for is the Cornell box and its radius.
+    let scale = shot.radius / rig::scenes::cornell_box().radius;
+    for settings in rig::every_switch() {
+        let radius = scale * settings.radius_units().unwrap();
+        let settings = Settings { radius: Radius::Units(radius), ..settings };
+        let text = format!("{name}\n{}", settings.to_toml());
+        let [frame, other] = [egl, osmesa].map(|backend| {
+            let context = Context::open(backend).unwrap();
+            rig::render(context.gl(), &shot, (200, 150), &settings)
+        });
+        assert_identical(&frame, &other, &text);
+        twin::hold_edges(&frame, &settings, &text);
+        twin::hold_raw(&frame, &settings, &text);
+        twin::hold_blur(&frame, &settings, &text);
+    }
+}
+
+#[test]
+fn every_method_and_switch_on_sibenik() {
+    hold_every_switch("sibenik.obj", dvec3(-15.5, -10.5, 0.0), dvec3(10.0, -9.0, 0.0), 60.0);
+}
+
+#[test]
+fn every_method_and_switch_on_the_dragon() {
+    hold_every_switch("dragon.obj", dvec3(-5.0, 8.0, 14.5), dvec3(0.0, 4.5, 0.0), 45.0);
+}
+
 #[test]
 fn sibenik_down_the_nave() {
     hold_model("sibenik.obj", dvec3(-15.5, -10.5, 0.0), dvec3(10.0, -9.0, 0.0), 60.0);
