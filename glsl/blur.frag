@@ -56,10 +56,15 @@ void main()
         distance_to[s] = background;
     }
 
-    // The texel of ao_image that holds the pixel, and the pixel that it stands for.
+    // The texel of ao_image about which the taps lie, which holds the pixel, and the pixel that it stands for.
     vec2 home = floor(p / FROM) + 0.5;
+    bvec2 odd = notEqual(p, FROM * (home - 0.5) + 0.5);
+#ifndef GAUSSIAN
+    // Of an even number of taps more lie to one side. About the texel to the right of a pixel that is the second of its
+    // texel, half resolution lies on the whole no further to that side than full.
+    home += vec2(odd);
+#endif
     vec2 home_pixel = FROM * (home - 0.5) + 0.5;
-    bvec2 odd = notEqual(p, home_pixel);
     for (int y = FIRST_Y; y <= LAST_Y; ++y)
     for (int x = FIRST_X; x <= LAST_X; ++x) {
         vec2 offset = vec2(x, y);

@@ -25,8 +25,10 @@ void main()
             float cosine = (float(k) + 0.5) / float(N_R);
             vec3 ray = cosine * n + sqrt(1.0 - cosine * cosine) * azimuth;
             // The end point E, at distance R or at the near plane.
-            float reach = ray.z < 0.0 ? min(radius, max(s.z - near, 0.0) / -ray.z) : radius;
-            float E_z = s.z + reach * ray.z;
+            float to_near = ray.z < 0.0 ? max(s.z - near, 0.0) / -ray.z : 3e38;
+            float reach = min(radius, to_near);
+            // Not by way of P.z where it ends at the near plane: of a small near nothing would be left.
+            float E_z = reach < to_near ? s.z + reach * ray.z : min(near, s.z);
             // A step is this share of the way to E's projection, and the ray's own depth changes by `rise`: 1/z is
             // linear in the image, z itself when orthographic.
             const float share = 1.0 / float(N_S + 1);

@@ -51,8 +51,8 @@ void main()
         vec3 diagonal = diagonals[min(corner, 7 - corner)];
         float along = corner < 4 ? -lengths[i] : lengths[i];
 #ifdef NORMALS
-        // Future improvements: no sample behind the surface. n.(Q - P) / along, Q the point at the sample's depth on
-        // the ray through its position, decides; in perspective P.z divides out.
+        // Future improvements: no sample behind the surface. The sign of n.(Q - P) decides, Q the point at the sample's
+        // depth on the ray through its position; in perspective it is taken over P.z.
         float rise = dot(s.n.xy, diagonal.xy * pixel);
 #ifdef ORTHOGRAPHIC
         float towards = along * (rise - diagonal.z * s.facing);

@@ -65,10 +65,11 @@ impl Inputs {
         if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
             return Err(Error::Usage(format!("{:?}: both extents must be finite and above 0", self.projection)));
         }
-        let samples = self.samples.map(|samples| ("samples", samples.texture, glow::TEXTURE_2D_MULTISAMPLE));
+        let multisample = glow::TEXTURE_2D_MULTISAMPLE;
+        let samples = self.samples.map(|samples| ("samples", samples.texture, multisample, samples.samples));
         let plain = [("depth", self.depth), ("normals", self.normals)];
-        let plain = plain.map(|(name, image)| (name, image.texture, image.target.gl()));
-        for (name, texture, kind) in plain.into_iter().chain(samples) {
+        let plain = plain.map(|(name, image)| (name, image.texture, image.target.gl(), 0));
+        for (name, texture, kind, samples) in plain.into_iter().chain(samples) {
             // SAFETY: the context is current; a texture of another kind is a GL error, and nothing more.
             let found = unsafe {
                 gl.bind_texture(kind, Some(texture));
@@ -76,19 +77,18 @@ impl Inputs {
                 let parameter = |parameter| gl.get_tex_level_parameter_i32(kind, 0, parameter);
                 let size = [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(parameter);
                 // What is compiled in must be what there is.
-                let samples = if name == "samples" { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
+                let samples = if kind == multisample { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
                 (size.map(i64::from), i64::from(samples))
             };
-            let wanted = self.samples.filter(|_| name == "samples").map_or(0, |samples| i64::from(samples.samples));
             if found.0 != [i64::from(size.0), i64::from(size.1)] {
                 let ([width, height], (w, h)) = (found.0, size);
                 return Err(Error::Usage(format!(
                     "the {name} texture has {width}x{height} texels, and ambient occlusion is set up for {w}x{h}"
                 )));
             }
-            if found.1 != wanted {
+            if found.1 != i64::from(samples) {
                 return Err(Error::Usage(format!(
-                    "the {name} texture has {} samples a pixel, not the {wanted} said",
+                    "the {name} texture has {} samples a pixel, not the {samples} said",
                     found.1
                 )));
             }
@@ -96,14 +96,14 @@ impl Inputs {
         Ok(())
     }
 
-    fn variant(&self, floor: bool, edges: bool) -> Variant {
+    fn variant(&self, purpose: Purpose, edges: bool) -> Variant {
         Variant {
             method: method::Variant {
                 orthographic: matches!(self.projection, Projection::Orthographic { .. }),
                 depth: self.depth.target,
                 normals: self.normals.target,
                 encoding: self.normal_encoding,
-                floor,
+                floor: purpose == Purpose::Floor,
             },
             samples: self.samples.map(|samples| samples.samples).filter(|_| edges),
         }
@@ -137,6 +137,17 @@ struct Surface {
     stencil: Arc<Renderbuffer>,
 }
 
+/// What an [`AmbientOcclusion`] is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Ambient occlusion.
+    Visibility,
+    /// The fetch floor of the method's pass, without a blur.
+    Floor,
+    /// Which pixels are edges, and nothing else: A = 1.
+    Edges,
+}
+
 /// Bits of the stencil.
 const COVERED: u32 = 1;
 const EDGE: u32 = 2;
@@ -168,12 +179,15 @@ impl Programs {
     fn new(
         gl: &Arc<glow::Context>,
         settings: &Settings,
-        size: (u32, u32),
+        (purpose, size): (Purpose, (u32, u32)),
         variant: Variant,
     ) -> Result<Programs, Error> {
         let plan = Plan::new(settings, variant.samples.is_some());
         let depth = variant.method.depth;
-        let ao = MethodPass::new(gl, settings, variant.method)?;
+        let ao = match purpose {
+            Purpose::Edges => None,
+            Purpose::Visibility | Purpose::Floor => MethodPass::new(gl, settings, variant.method)?,
+        };
         let mut stencils = Vec::new();
         for (i, scale) in plan.scales.iter().enumerate() {
             if (ao.is_some() || variant.samples.is_some()) && !plan.scales[..i].contains(scale) {
@@ -188,7 +202,7 @@ impl Programs {
         let blur_edges = plan.edges.map(|step| blur(step, variant.samples)).transpose()?;
         let edges = variant.samples.map(|samples| Edges::new(gl, samples)).transpose()?;
         let half = settings.method == Method::Ssao && settings.ssao_depth == SsaoDepth::Half;
-        let half_depth = if half { Some(HalfDepth::new(gl, depth, size)?) } else { None };
+        let half_depth = if half && ao.is_some() { Some(HalfDepth::new(gl, depth, size)?) } else { None };
         Ok(Programs { variant, plan, stencils, ao, half_depth, edges, blurs, blur_edges })
     }
 }
@@ -204,7 +218,7 @@ pub struct AmbientOcclusion {
     radius: f64,
     depth_sigma: DepthSigma,
     size: (u32, u32),
-    floor: bool,
+    purpose: Purpose,
     full_screen: FullScreen,
     /// Each with its stencil, which those of one size share: [`COVERED`] where there is a surface, [`EDGE`] on edges.
     surfaces: Vec<Surface>,
@@ -220,7 +234,7 @@ impl AmbientOcclusion {
     /// # Errors
     /// A setting out of range or a radius in percent, a size that the driver cannot render, or what the driver refused.
     pub fn new(gl: Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<AmbientOcclusion, Error> {
-        AmbientOcclusion::build(gl, size, settings, false)
+        AmbientOcclusion::build(gl, size, settings, Purpose::Visibility)
     }
 
     /// The least that the same sampling can cost, for measuring: the same shader with every fetch of depth, in which
@@ -233,29 +247,34 @@ impl AmbientOcclusion {
         size: (u32, u32),
         settings: &Settings,
     ) -> Result<AmbientOcclusion, Error> {
-        AmbientOcclusion::build(gl, size, settings, true)
+        AmbientOcclusion::build(gl, size, settings, Purpose::Floor)
     }
 
-    fn build(
+    /// As [`AmbientOcclusion::new`], for another purpose than its own.
+    pub(crate) fn build(
         gl: Arc<glow::Context>,
         size: (u32, u32),
         settings: &Settings,
-        floor: bool,
+        purpose: Purpose,
     ) -> Result<AmbientOcclusion, Error> {
         settings.validate()?;
         gl::check(&gl, PENDING)?;
         gl::check_size(&gl, size.0, size.1)?;
         let mut settings = settings.clone();
-        if floor {
+        if purpose != Purpose::Visibility {
             settings.blur = 0;
         }
         let _state = SavedState::save(&gl);
         let mut ao = AmbientOcclusion {
             radius: settings.radius_read()?,
-            depth_sigma: settings.depth_sigma()?,
+            // A = 1 without a blur needs none, nor a radius that it would follow from.
+            depth_sigma: match (settings.method, purpose) {
+                (Method::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
+                _ => settings.depth_sigma()?,
+            },
             settings,
             size,
-            floor,
+            purpose,
             full_screen: FullScreen::new(&gl)?,
             surfaces: Vec::new(),
             last: 0,
@@ -321,8 +340,8 @@ impl AmbientOcclusion {
             )));
         }
         // Edges are looked for where the blur goes by them, and where somebody wants to know.
-        let edges = Plan::new(&self.settings, inputs.samples.is_some()).edges.is_some() || extras.edges;
-        let programs = self.programs_for(inputs.variant(self.floor, edges))?;
+        let edges = plan::supersamples(&self.settings) || extras.edges;
+        let programs = self.programs_for(inputs.variant(self.purpose, edges))?;
         let (programs, full_screen, surfaces) = (&self.programs[programs], &self.full_screen, &self.surfaces);
         self.last = programs.plan.last();
         let last = &surfaces[self.last];
@@ -421,7 +440,7 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.variant == variant) {
             return Ok(found);
         }
-        let programs = Programs::new(&self.gl, &self.settings, self.size, variant)?;
+        let programs = Programs::new(&self.gl, &self.settings, (self.purpose, self.size), variant)?;
         self.allocate(&programs.plan)?;
         self.programs.push(programs);
         Ok(self.programs.len() - 1)

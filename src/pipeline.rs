@@ -4,7 +4,7 @@
 mod targets;
 
 use crate::Error;
-use crate::ambient_occlusion::{AmbientOcclusion, Extras, Inputs, Kept};
+use crate::ambient_occlusion::{AmbientOcclusion, Extras, Inputs, Kept, Purpose};
 use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
@@ -12,7 +12,7 @@ use crate::pass::gbuffer::{self, GBuffer};
 use crate::pass::method::NormalEncoding;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
 use crate::scene::{Camera, Mesh, Projection};
-use crate::settings::{DepthFormat, Method, Settings};
+use crate::settings::{DepthFormat, Settings};
 use glow::HasContext;
 use std::sync::Arc;
 use targets::Targets;
@@ -65,11 +65,9 @@ impl Pipeline {
     ) -> Result<Pipeline, Error> {
         settings.validate()?;
         gl::check_size(gl, size.0, size.1)?;
-        // Which pixels are edges, the passes say that go by them.
-        let without = Settings { method: Method::None, ..settings.clone() };
         let ao = match (request.gbuffer_only, request.edges) {
             (true, false) => None,
-            (true, true) => Some(AmbientOcclusion::new(gl.clone(), size, &without)?),
+            (true, true) => Some(AmbientOcclusion::build(gl.clone(), size, settings, Purpose::Edges)?),
             (false, _) => Some(AmbientOcclusion::new(gl.clone(), size, settings)?),
         };
         let mut notices = Vec::new();

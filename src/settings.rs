@@ -299,7 +299,7 @@ pub struct Settings {
     pub blur: u32,
     /// The blur's form.
     pub blur_kernel: BlurKernel,
-    /// The blur's depth sigma in scene units; `None` is R/4.
+    /// The blur's depth sigma in scene units; `None` is what [`Settings::depth_sigma`] says: R/4, or a share of the depth.
     pub blur_depth_sigma: Option<f64>,
     /// Depth samples a pixel: 1, 2, 4 or 8. The driver may have fewer.
     pub msaa: u32,
@@ -399,7 +399,7 @@ impl Settings {
 
     /// How many pixels, in x and in y, a texel of ambient occlusion stands for before the blur.
     pub fn ao_scale(&self) -> u32 {
-        if self.half_res { 2 } else { 1 }
+        if self.half_res && self.method.reads("half-res") { 2 } else { 1 }
     }
 
     /// s_z of the blur: its own, or a quarter of the distance within which the method looks: of R, or for `ssao` of the

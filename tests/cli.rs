@@ -199,6 +199,14 @@ mod images {
         let white = edges.texels.iter().filter(|&&e| e == 255).count();
         assert!(white > 50 && white < edges.texels.len() / 10, "{white}");
         assert_eq!(edges, read("--edges off --blur 0 --half-res"), "what is an edge does not follow from the blur");
+        let dumped = |arguments: &str| {
+            render(folder.path(), &format!("-o a.png --dump d {arguments}"));
+            png::read::<u8>(&folder.path().join("d/edges.png")).unwrap()
+        };
+        for arguments in ["", "--method ssao --radius 1", "--method ssao --ssao-samples 8 --half-res", "--method none"]
+        {
+            assert_eq!(read(arguments), dumped(arguments), "{arguments}");
+        }
         assert!(read("--blur-depth-sigma 1e-9").texels.iter().filter(|&&e| e == 255).count() > white);
     }
 
@@ -412,6 +420,8 @@ mod settings {
             ("--radius 9 --method ssao", "--radius"),
             ("--directions 9 --method ssao", "--directions"),
             ("--blur 5 --method ssao", "--blur"),
+            ("--show edges --method ssao --radius 3", "--radius"),
+            ("--show edges --radius 3 --blur-depth-sigma 2", "--radius"),
             ("--blur-kernel full --method ssao", "--blur-kernel"),
             ("--ssao-rotation matrix", "--ssao-rotation"),
             ("--ssao-depth full", "--ssao-depth"),
@@ -429,6 +439,10 @@ mod settings {
             "--half-res",
             "--half-res=false",
             "--show edges --blur-depth-sigma 3",
+            "--show edges --method none --blur-depth-sigma 3",
+            "--show edges --method none --radius 3",
+            "--show edges --method ssao --ssao-samples 8",
+            "--show ao --method none --blur-depth-sigma 3 --dump d",
             "--blur-kernel full",
             "--method hbao",
             "--method ray-march --rays 2 --attenuation linear",

@@ -48,9 +48,14 @@ fn assert_all_identical(got: &[Frame], expected: &[Frame], context: &str) {
 #[test]
 fn the_settings_used_here_cover_every_switch() {
     for knob in KNOBS {
-        let Kind::Word(names) = knob.kind else { continue };
+        let values: Vec<String> = match knob.kind {
+            Kind::Word(names) => names.iter().map(|&name| name.into()).collect(),
+            Kind::OneOf(numbers) => numbers.iter().map(u32::to_string).collect(),
+            Kind::Switch => vec!["false".into(), "true".into()],
+            _ => continue,
+        };
         let used: BTreeSet<String> = every_switch().iter().map(|settings| knob.text(settings)).collect();
-        assert_eq!(used, names.iter().map(|&name| name.to_string()).collect(), "{}", knob.name);
+        assert_eq!(used, values.into_iter().collect(), "{}", knob.name);
     }
     let projections = frames(Context::open(Backend::Osmesa).unwrap().gl(), false);
     let perspective = |frame: &&Frame| matches!(frame.projection, Projection::Perspective { .. });

@@ -104,33 +104,27 @@ fn the_blur_brings_a_ramp_to_full_size_without_moving_it() {
     }
 }
 
-/// One pixel in front of a wall, on an odd row and column, where no texel of ambient occlusion was computed.
+/// One pixel behind hills, on an odd row and column, where no texel of ambient occlusion was computed.
 #[test]
 fn a_pixel_between_the_texels_takes_the_visibility_nearest_in_depth() {
     let context = Context::open(Backend::Egl).unwrap();
-    let size = (16, 16);
-    let depth = Image::from_fn(16, 16, |x, y| match (x, y) {
-        (7, 7) => 2.0,
-        // The nearest surface behind it, two pixels wide so that it has a texel of its own.
-        (8, 6..=9) => 4.0,
-        _ => 9.0f32,
-    });
+    let size = (32, 32);
+    // No two heights are the same, so one tap is the nearest.
+    let hills = |x: usize, y: usize| 6.0 + ((x * 37 + y * 101) % 1024) as f32 / 256.0;
+    let depth = Image::from_fn(32, 32, |x, y| if (x, y) == (15, 15) { 12.0 } else { hills(x, y) });
     let view = ByHand { normals: depth.map(|_| [0.0, 0.0, -1.0]), depth, projection: orthographic(0.5, size) };
-    let settings = Settings {
-        half_res: true,
-        blur_depth_sigma: Some(0.01),
-        blur_kernel: BlurKernel::Full,
-        jitter: Jitter::None,
-        ..rig::float_settings(8.0)
-    };
+    let base = Settings { half_res: true, steps: 4, blur_depth_sigma: Some(0.01), ..rig::float_settings(8.0) };
+    let settings = Settings { blur_kernel: BlurKernel::Full, ..base };
+    let raw = view.by_twin(&Settings { blur: 0, ..settings.clone() });
+    // The 9x9 taps about (15, 15) that have a texel: the even ones from 12 to 18.
+    let taps: Vec<(usize, usize)> = (6..10).flat_map(|j| (6..10).map(move |i| (i, j))).collect();
+    let nearest = *taps.iter().max_by(|a, b| hills(2 * a.0, 2 * a.1).total_cmp(&hills(2 * b.0, 2 * b.1))).unwrap();
+    let expected = raw.at(nearest.0, nearest.1);
+    for &(i, j) in taps.iter().filter(|&&tap| tap != nearest) {
+        assert!((raw.at(i, j) - expected).abs() > 1e-3, "the tap {i}, {j} has the same visibility, {expected}");
+    }
     for (who, got) in view.by_both(context.gl(), &settings) {
-        assert!((0.0..=1.0).contains(&got.at(7, 7)), "{who}");
-        let raw = {
-            let tile = hbao::rotation_tile(&settings);
-            reference::visibility(&view.twin_inputs(&tile), &settings).unwrap()
-        };
-        // Texel (4, 3) stands for pixel (8, 6), (4, 4) for (8, 8): the first is met first.
-        assert!((got.at(7, 7) - raw.at(4, 3)).abs() < 1e-4, "{who}: {} not {}", got.at(7, 7), raw.at(4, 3));
+        assert!((got.at(15, 15) - expected).abs() < 1e-4, "{who}: {} not {expected}", got.at(15, 15));
     }
 }
 

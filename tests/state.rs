@@ -6,13 +6,13 @@ mod rig;
 use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Image;
-use hbao::settings::{AoFormat, Method, SsaoDepth};
-use hbao::{AmbientOcclusion, Format, NormalEncoding, Settings, TextureTarget, format_renders};
+use hbao::settings::{AoFormat, Method, Radius, SsaoDepth};
+use hbao::{AmbientOcclusion, Format, NormalEncoding, Pipeline, Request, Settings, TextureTarget, format_renders};
 use rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
 use std::collections::BTreeMap;
 
 const SIZE: (u32, u32) = (37, 23);
-/// The passes use three; a fourth must not be touched by accident.
+/// The passes use four; a fifth must not be touched.
 const UNITS: u32 = 5;
 
 /// A floor with a step in it and background above.
@@ -255,7 +255,7 @@ fn disturb(gl: &glow::Context) {
             gl.sampler_parameter_i32(sampler, glow::TEXTURE_WRAP_S, glow::MIRRORED_REPEAT as i32);
             gl.bind_sampler(unit, Some(sampler));
         }
-        gl.active_texture(glow::TEXTURE3);
+        gl.active_texture(glow::TEXTURE0 + UNITS - 1);
 
         // Two framebuffers: one drawn to, into its second attachment, and one read from.
         gl.bind_renderbuffer(glow::RENDERBUFFER, Some(gl.create_renderbuffer().unwrap()));
@@ -318,9 +318,10 @@ fn settings() -> Settings {
 
 #[test]
 fn all_state_is_put_back_and_none_shows_in_the_result() {
-    // The second has a pass more, and a texture unit.
-    let ssao = Settings { method: Method::Ssao, ssao_depth: SsaoDepth::Half, blur: 0, ..settings() };
-    for settings in [settings(), ssao] {
+    // The second has a pass more, and a texture unit; the third surfaces of three sizes.
+    let ssao = Settings { method: Method::Ssao, ssao_depth: SsaoDepth::Half, ..settings() };
+    let half = Settings { half_res: true, radius: Radius::Units(4.0), steps: 4, ..settings() };
+    for settings in [settings(), ssao, half] {
         hold_state(&settings);
     }
 }
@@ -361,6 +362,28 @@ fn hold_state(settings: &Settings) {
             drop(ao);
             assert_same(&before, &state(gl), "drop");
         }
+    }
+}
+
+/// Edges are marked in the stencil, and the blur reads multisample textures.
+#[test]
+fn all_state_is_put_back_with_depth_samples_too() {
+    for backend in rig::BOTH {
+        let context = Context::open(backend).unwrap();
+        let gl = context.gl();
+        let shot = rig::scenes::cornell_box();
+        let settings = Settings { msaa: 4, ..rig::float_settings(shot.radius) };
+        let camera = shot.camera(rig::SIZE);
+        let mut pipeline = Pipeline::new(gl, rig::SIZE, &settings, Request::default()).unwrap();
+        pipeline.render(&shot.mesh, &camera).unwrap();
+        let expected = pipeline.ao().unwrap();
+        disturb(gl);
+        let before = state(gl);
+        let mut ao = AmbientOcclusion::new(gl.clone(), rig::SIZE, &settings).unwrap();
+        let visibility = ao.render(&pipeline.inputs(&camera)).unwrap();
+        assert_same(&before, &state(gl), "a run with samples");
+        undisturbed_packing(gl);
+        assert_eq!(read_red(gl, visibility, expected.texels.len()), expected.texels, "{}", backend.name());
     }
 }
 

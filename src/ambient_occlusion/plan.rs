@@ -12,6 +12,15 @@ pub(super) struct Step {
     pub(super) to: usize,
 }
 
+fn blurs(settings: &Settings) -> bool {
+    settings.blur > 0 && settings.method != Method::None
+}
+
+/// Whether the blur goes around every depth sample of an edge pixel, where it has several.
+pub(super) fn supersamples(settings: &Settings) -> bool {
+    blurs(settings) && settings.edges == Edges::Supersample
+}
+
 /// How ambient occlusion gets from the first surface, where the method draws it, to the last.
 pub(super) struct Plan {
     /// How many pixels a texel of each surface stands for.
@@ -27,13 +36,13 @@ impl Plan {
     pub(super) fn new(settings: &Settings, multisample: bool) -> Plan {
         let ao = settings.ao_scale();
         let mut plan = Plan { scales: vec![[ao; 2]], steps: Vec::new(), edges: None };
-        if settings.blur == 0 || settings.method == Method::None {
+        if !blurs(settings) {
             if multisample && ao != 1 {
                 plan.scales.push([1, 1]);
             }
             return plan;
         }
-        let supersample = multisample && settings.edges == Edges::Supersample;
+        let supersample = multisample && supersamples(settings);
         let width = settings.blur;
         let (whole, separable) = match (settings.method, settings.blur_kernel) {
             (Method::Ssao, _) => (Kernel::Crysis, false),

@@ -119,7 +119,7 @@ fn knob_argument(knob: &'static Knob) -> Arg {
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
         ("blur", default) => format!("{default}; ssao has its own of 4x4, unless 0"),
-        ("blur-depth-sigma", "") => "R/4".into(),
+        ("blur-depth-sigma", "") => "R/4; ssao a share of the depth".into(),
         ("msaa", default) => format!("{default} where the driver has them"),
         ("attenuation", default) => format!("{default}; hbao-talk linear"),
         ("snap", default) => format!("{default}; hbao-talk sample"),

@@ -117,6 +117,9 @@ impl Wanted {
         if flag == "apply" {
             return (self.show != Show::Final).then(|| "unless --show is final".into());
         }
+        if self.request().edges && decides_edges(flag, settings) {
+            return None;
+        }
         if !settings.method.reads(flag) {
             return Some(format!("with --method {}", settings.method.name()));
         }
@@ -125,6 +128,9 @@ impl Wanted {
         }
         if settings.method == Method::Ssao && flag == "blur" && settings.blur > 0 {
             return Some("with --method ssao, whose own blur is 4x4 (0 turns it off)".into());
+        }
+        if settings.half_res && flag == "ssao-depth" {
+            return Some("with --half-res, whose texels are those of the half-size depth".into());
         }
         if settings.msaa == 1 && flag == "edges" {
             return Some("with --msaa 1".into());
@@ -139,11 +145,21 @@ impl Wanted {
             (Show::Color, _) => flag == "normals",
             (Show::Depth, _) => flag == "depth-format",
             (Show::Normals, _) => flag == "normals" || flag == "normal-format",
-            // What the depth sigma follows from.
-            (Show::Edges, _) => matches!(flag, "depth-format" | "blur-depth-sigma" | "radius" | "method"),
+            // What decides has been asked above.
+            (Show::Edges, _) => false,
         };
         let show = Show::NAMES.iter().find(|&&(_, show)| show == self.show).map_or("", |&(name, _)| name);
         (!matters).then(|| format!("with --show {show}"))
+    }
+}
+
+/// Whether a flag decides which pixels are edges: what the blur's depth sigma follows from does.
+fn decides_edges(flag: &str, settings: &Settings) -> bool {
+    match flag {
+        "msaa" | "depth-format" | "method" | "blur-depth-sigma" => true,
+        "radius" => settings.blur_depth_sigma.is_none() && settings.method != Method::Ssao,
+        "ssao-samples" => settings.blur_depth_sigma.is_none() && settings.method == Method::Ssao,
+        _ => false,
     }
 }
 

@@ -165,8 +165,8 @@ const PACK: [u32; 6] = [
     glow::PACK_LSB_FIRST,
 ];
 
-/// Pixels packed as OpenGL starts out but for the alignment of rows, and the caller's way to pack them put back when dropped: with another, a read
-/// back image would reach past the memory made for it.
+/// Pixels packed as OpenGL starts out but for the alignment of rows, and the caller's way to pack them put back when
+/// dropped: with another, an image read back would reach past the memory made for it.
 pub(super) struct DefaultPacking<'a> {
     gl: &'a glow::Context,
     buffer: Option<glow::Buffer>,

@@ -81,7 +81,8 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target, whose texels `grid` is. `near` is where rays are clipped and `radius` is R, both in scene units.
+    /// Draws A into the bound target, whose texels `grid` is. `near` is where rays are clipped and `radius` is R, both in
+    /// scene units.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,

@@ -41,9 +41,9 @@ impl Targets {
             DepthFormat::R32f => (Format::R32f, "r32f"),
             DepthFormat::R16f => (Format::R16f, "r16f"),
         };
-        let (normal_format, encoding) = normal_format(gl, settings, depth_format, depth_name, notices)?;
+        let (normal_format, encoding, multisample) =
+            normal_format(gl, size, settings, (depth_format, depth_name), notices)?;
         let formats = [Format::Rgba8, depth_format, normal_format];
-        let multisample = Multisample::new(gl, size, formats, settings.msaa)?;
 
         let (width, height) = size;
         let colour = Texture::new(gl, "gbuffer: colour", formats[0], width, height)?;
@@ -94,23 +94,27 @@ impl Multisample {
     ) -> Result<Option<Multisample>, Error> {
         let limit = gl::sample_limit(gl);
         for samples in [8, 4, 2].into_iter().filter(|&samples| samples <= asked.min(limit)) {
-            match Multisample::with_samples(gl, size, formats, samples) {
-                Ok(multisample) => return Ok(Some(multisample).filter(|multisample| multisample.samples > 1)),
+            match Multisample::attachments(gl, size, formats, samples) {
+                Ok((images, _depth_buffer, target)) => {
+                    let samples = images[1].samples();
+                    let resolve = Resolve::new(gl, samples)?;
+                    let multisample = Multisample { images, samples, target, _depth_buffer, resolve };
+                    return Ok(Some(multisample).filter(|multisample| multisample.samples > 1));
+                }
                 // Within the limits a driver may still refuse a format, or to mix them: fewer samples may do. What the
                 // refusal left behind is its answer, and not the next pass's error.
-                Err(_) if samples > 2 => _ = gl::check(gl, "gbuffer"),
-                Err(error) => return Err(error),
+                Err(_) => _ = gl::check(gl, "gbuffer"),
             }
         }
         Ok(None)
     }
 
-    fn with_samples(
+    fn attachments(
         gl: &Arc<glow::Context>,
         size: (u32, u32),
         formats: [Format; 3],
         asked: u32,
-    ) -> Result<Multisample, Error> {
+    ) -> Result<([MultisampleTexture; 3], Renderbuffer, Target), Error> {
         let texture = |place, format| MultisampleTexture::new(gl, place, format, size, asked);
         let colour = texture("gbuffer: colour samples", formats[0])?;
         let depth = texture("gbuffer: depth samples", formats[1])?;
@@ -118,21 +122,22 @@ impl Multisample {
         let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, asked)?;
         let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
         let target = Target::new(gl, "gbuffer: samples", &[&colour, &depth, &normals], attachment, size)?;
-        let samples = depth.samples();
-        let resolve = Resolve::new(gl, samples)?;
-        Ok(Multisample { images: [colour, depth, normals], samples, target, _depth_buffer: depth_buffer, resolve })
+        Ok(([colour, depth, normals], depth_buffer, target))
     }
 }
 
-/// The format asked for, or the next best that the driver renders to: RGBA16F, then biased RGBA8.
+/// The format asked for, or the next best that the driver renders to: RGBA16F, then biased RGBA8. With the multisample
+/// textures that go with it; where the driver has samples, but not of the format asked for, the next best has them.
 fn normal_format(
     gl: &Arc<glow::Context>,
+    size: (u32, u32),
     settings: &Settings,
-    depth: Format,
-    depth_name: &str,
+    (depth, depth_name): (Format, &str),
     notices: &mut Vec<String>,
-) -> Result<(Format, NormalEncoding), Error> {
+) -> Result<(Format, NormalEncoding, Option<Multisample>), Error> {
     let asked = settings.normal_format;
+    let has_samples = settings.msaa > 1 && gl::sample_limit(gl) > 1;
+    let mut first = None;
     let all = [
         (Format::Rgba8Snorm, NormalEncoding::Signed, NormalFormat::Rgba8Snorm.name()),
         (Format::Rgba16f, NormalEncoding::Signed, NormalFormat::Rgba16f.name()),
@@ -143,12 +148,23 @@ fn normal_format(
             NormalEncoding::Signed => [-1.0, 0.5, -0.25],
             NormalEncoding::Biased => [0.0, 0.75, 0.375],
         };
-        if probe::renders(gl, depth, (format, normal))? {
-            if name != asked.name() {
-                notices.push(format!("this driver does not render normals in {}: {name} is used", asked.name()));
-            }
-            return Ok((format, encoding));
+        if !probe::renders(gl, depth, (format, normal))? {
+            continue;
         }
+        let multisample = Multisample::new(gl, size, [Format::Rgba8, depth, format], settings.msaa)?;
+        let without_samples = has_samples && multisample.is_none();
+        let found = (format, encoding, multisample, name);
+        if !without_samples {
+            first = Some(found);
+            break;
+        }
+        first = first.or(Some(found));
+    }
+    if let Some((format, encoding, multisample, name)) = first {
+        if name != asked.name() {
+            notices.push(format!("this driver does not render normals in {}: {name} is used", asked.name()));
+        }
+        return Ok((format, encoding, multisample));
     }
     Err(Error::gl("gbuffer", format!("this driver renders depth in {depth_name} beside no format of normals")))
 }

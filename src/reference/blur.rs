@@ -117,12 +117,12 @@ impl Pass<'_> {
 
     /// The texels of `ao` about a pixel, row by row, and their weights.
     fn taps_about(&self, x: i64, y: i64) -> Vec<(i64, i64, f64)> {
-        let home = [x / self.from[0], y / self.from[1]];
         let mut taps = Vec::new();
         match self.taps {
             Taps::Gaussian { radius, reach } => {
                 // s = (radius + 1) / 2 pixels.
                 let s = (radius + 1) as f64 / 2.0;
+                let home = [x / self.from[0], y / self.from[1]];
                 for j in home[1] - reach[1]..=home[1] + reach[1] {
                     for i in home[0] - reach[0]..=home[0] + reach[0] {
                         let (kx, ky) = (i * self.from[0] - x, j * self.from[1] - y);
@@ -133,6 +133,8 @@ impl Pass<'_> {
                 }
             }
             Taps::Crysis => {
+                // Of a pixel that is the second of its texel, about the texel to its right.
+                let home = [(x + self.from[0] - 1) / self.from[0], (y + self.from[1] - 1) / self.from[1]];
                 for j in -2..=1 {
                     taps.extend((-2..=1).map(|i| (home[0] + i, home[1] + j, 1.0)));
                 }

@@ -130,7 +130,14 @@ pub fn every_switch() -> Vec<Settings> {
         base(150.0),
         Settings { snap: Snap::Sample, attenuation: Attenuation::Linear, ao_format: AoFormat::R16f, ..base(200.0) },
         Settings { snap: Snap::None, attenuation: Attenuation::None, ao_format: AoFormat::R32f, ..base(100.0) },
-        Settings { clamp: Clamp::Depth, bias: 0.3, normal_format: NormalFormat::Rgba16f, blur: 0, ..base(150.0) },
+        Settings {
+            clamp: Clamp::Depth,
+            bias: 0.3,
+            msaa: 8,
+            normal_format: NormalFormat::Rgba16f,
+            blur: 0,
+            ..base(150.0)
+        },
         Settings { normals: Normals::Vertex, jitter: Jitter::None, blur_kernel: BlurKernel::Full, ..base(150.0) },
         Settings { bias: 0.3, strength: 2.0, ..method(Method::HbaoTalk, 150.0) },
         method(Method::RayMarch, 100.0),

@@ -106,8 +106,8 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &
     let ambiguous = reference::ambiguous(inputs, settings).unwrap();
     let count = ambiguous.texels.iter().filter(|&&a| a).count();
     // Of ray-march any of some 256 samples may be about to round to another texel, and a hit weighs a 32nd: there are
-    // more such pixels. That 99.9 % match all the same is held below.
-    let share = if settings.method == Method::RayMarch { 16 } else { 200 };
+    // more such pixels, 4.8 % of the Dragon at most. That 99.9 % match all the same is held below.
+    let share = if settings.method == Method::RayMarch { 20 } else { 200 };
     assert!(count <= (pixels / share).max(2), "{count} of {pixels} pixels are ambiguous\n{context}");
     let tolerance = match settings.ao_format {
         AoFormat::R32f => 1e-3,
