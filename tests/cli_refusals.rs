@@ -92,7 +92,7 @@ fn scenes_that_make_no_sense() {
         (FAILED, "nomtl.obj", "none.mtl"),
         (FAILED, "badmtl.obj", "bad.mtl"),
         (FAILED, "taken.png", "taken.png: "),
-        (USAGE, "nave", "nave is not built yet"),
+        (FAILED, "naves", "cornell-box or nave"),
     ]);
 }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{exr, png};
-use hbao::scene::{CORNELL_BOX, Camera, Lens, Scene, View};
+use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, Radius, Settings};
 use std::fs::File;
 use std::io::Read as _;
@@ -72,7 +72,7 @@ pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) 
 
 /// The shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
-    let scene = format!("An OBJ file, or the built-in scene {CORNELL_BOX} [default: {CORNELL_BOX}]");
+    let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
     let mut all = vec![
         Arg::new("scene").value_name("SCENE").help(scene),
         valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]"),

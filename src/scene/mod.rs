@@ -6,8 +6,10 @@
 
 mod camera;
 mod cornell_box;
+mod masonry;
 mod mesh;
 mod mtl;
+mod nave;
 mod obj;
 mod polygon;
 mod statement;
@@ -23,6 +25,9 @@ use std::path::Path;
 /// The name of the built-in Cornell box, the default scene.
 pub const CORNELL_BOX: &str = "cornell-box";
 
+/// The name of the built-in church interior.
+pub const NAVE: &str = "nave";
+
 /// A model with the camera and radius that suit it.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -37,11 +42,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Opens a built-in scene by its name, `cornell-box`, or reads an OBJ file.
+    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads an OBJ file.
     pub fn open(name_or_path: &str) -> Result<Scene, Error> {
         match name_or_path {
             CORNELL_BOX => cornell_box::scene(),
-            "nave" => Err(Error::Usage("the scene nave is not built yet; use cornell-box or an OBJ file".into())),
+            NAVE => nave::scene(),
             _ => Scene::from_file(Path::new(name_or_path)),
         }
     }
@@ -50,7 +55,7 @@ impl Scene {
         match path.try_exists() {
             Ok(true) => {}
             _ => {
-                let what = format!("no such file; give an OBJ file or the built-in scene {CORNELL_BOX}");
+                let what = format!("no such file; give an OBJ file or the built-in scene {CORNELL_BOX} or {NAVE}");
                 return Err(Error::input(path, what));
             }
         }
