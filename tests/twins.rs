@@ -239,6 +239,21 @@ fn the_default_settings_match_on_every_scene_projection_and_driver() {
     }
 }
 
+/// Thousands of triangles, most of them small, and surfaces at all angles.
+#[test]
+fn the_nave_matches_on_every_driver() {
+    for backend in rig::BOTH {
+        let context = Context::open(backend).unwrap();
+        let (shot, size) = (scenes::nave(), (200, 150));
+        let settings = Settings { radius: Radius::Units(shot.radius), ..Settings::default() };
+        let frame = rig::render(context.gl(), &shot, size, &settings);
+        twin::hold_gbuffer(&frame, &shot, size, &settings, "nave");
+        twin::hold_edges(&frame, &settings, "nave");
+        twin::hold_raw(&frame, &settings, "nave");
+        twin::hold_blur(&frame, &settings, "nave");
+    }
+}
+
 /// Hills of random height under random normals, with holes: nothing that a G-buffer would make.
 fn rubble(projection: Projection, seed: u128) -> ByHand {
     let mut draw = Draw(Pcg64Mcg::new(seed));

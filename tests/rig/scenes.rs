@@ -65,6 +65,12 @@ pub fn cornell_box() -> Shot {
     Shot { name: "cornell-box", mesh: scene.mesh, view: scene.view, radius: scene.radius.unwrap(), height: 620.0 }
 }
 
+/// The built-in church interior.
+pub fn nave() -> Shot {
+    let scene = Scene::open("nave").unwrap();
+    Shot { name: "nave", mesh: scene.mesh, view: scene.view, radius: scene.radius.unwrap(), height: 12.0 }
+}
+
 /// A floor that ends before the horizon, with background above.
 pub fn floor() -> Shot {
     shot("floor", dvec3(0.0, 1.5, 5.0), DVec3::ZERO, &[ground()])
