@@ -582,3 +582,49 @@ mod the_command {
         }
     }
 }
+
+mod truth {
+    use super::*;
+
+    #[test]
+    fn truth_writes_visibility_and_says_its_noise_without_a_context() {
+        let folder = folder();
+        let arguments = ["truth", "-o", "t.exr", "--size", "24x18", "--truth-rays", "64", "--radius", "150"];
+        let output = hbao(folder.path(), &arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+        assert!(
+            stderr.lines().count() == 1 && stderr.contains("64 rays each") && stderr.contains("noise 0.0"),
+            "{stderr}"
+        );
+        let image = exr::read::<f32>(&folder.path().join("t.exr")).unwrap();
+        assert_eq!((image.width, image.height), (24, 18));
+        let least = image.texels.iter().copied().fold(1.0, f32::min);
+        assert!(image.texels.iter().all(|a| (0.0..=1.0).contains(a)) && least < 0.7, "{least}");
+        // The same in every run, whatever the threads.
+        let again = folder.path().join("again");
+        fs::create_dir(&again).unwrap();
+        hbao(&again, &arguments);
+        assert_eq!(fs::read(again.join("t.exr")).unwrap(), fs::read(folder.path().join("t.exr")).unwrap());
+        let text = settings_text(&{
+            hbao(folder.path(), &[&arguments[..2], &["t.png"], &arguments[3..]].concat());
+            folder.path().join("t.png")
+        });
+        assert!(text.contains("truth-rays = 64\n") && text.contains("noise_rmse = 0.0"), "{text}");
+    }
+
+    #[test]
+    fn what_cannot_be_traced_is_refused_and_what_rays_do_not_read_is_said() {
+        let folder = folder();
+        for (rays, code) in [("3", 2), ("0", 2), ("many", 2), ("65538", 2)] {
+            let output = hbao(folder.path(), &["truth", "-o", "t.exr", "--truth-rays", rays]);
+            let stderr = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(code), "{stderr}");
+            assert!(stderr.contains("--truth-rays: ") && stderr.lines().count() == 1, "{stderr}");
+        }
+        let arguments = ["truth", "-o", "t.exr", "--size", "4x3", "--truth-rays", "2", "--steps", "3"];
+        let stderr = String::from_utf8(hbao(folder.path(), &arguments).stderr).unwrap();
+        assert!(stderr.contains("--steps has no effect on rays"), "{stderr}");
+        assert_eq!(names(folder.path()), ["t.exr"]);
+    }
+}

@@ -8,7 +8,7 @@ use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{exr, png};
-use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
+use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Projection, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, Radius, Settings};
 use std::fs::File;
 use std::io::Read as _;
@@ -105,6 +105,18 @@ pub(crate) fn arguments() -> Vec<Arg> {
     all
 }
 
+/// `--truth-rays`.
+pub(crate) fn truth_rays() -> Arg {
+    valued("truth-rays", "N", "Rays a pixel [even, 2 to 65536; default: 256]")
+}
+
+/// What `--truth-rays` says.
+pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
+    let Some(text) = text(matches, "truth-rays") else { return Ok(256) };
+    let rays = text.trim().parse().ok().filter(|rays: &u32| (2..=65536).contains(rays) && rays.is_multiple_of(2));
+    rays.ok_or_else(|| Error::Usage(format!("--truth-rays: '{text}' is no even number from 2 to 65536")))
+}
+
 fn knob_argument(knob: &'static Knob) -> Arg {
     let takes = match knob.kind {
         Kind::Count(min, max) => format!("{min} to {max}"),
@@ -194,10 +206,39 @@ impl Flags {
         Ok(base)
     }
 
+    /// What was seen, as it goes into the metadata of images: the scene, the size and the camera.
+    pub(crate) fn seen(&self, camera: &Camera) -> toml::Table {
+        let numbers = |v: DVec3| toml::Value::from(v.to_array().to_vec());
+        let mut render = toml::Table::new();
+        let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
+        put("version", env!("CARGO_PKG_VERSION").into());
+        put("scene", self.scene.clone().into());
+        put("size", vec![i64::from(self.size.0), i64::from(self.size.1)].into());
+        put("eye", numbers(camera.eye));
+        put("target", numbers(camera.eye + camera.far * camera.forward));
+        put("up", numbers(camera.up));
+        match camera.projection {
+            Projection::Perspective { tan_half_fov_y, .. } => {
+                put("fov-y", typed((2.0 * tan_half_fov_y.atan()).to_degrees()).into());
+            }
+            Projection::Orthographic { half_height, .. } => {
+                put("ortho", (2.0 * half_height).into());
+            }
+        }
+        put("near", camera.near.into());
+        put("far", camera.far.into());
+        render
+    }
+
     /// The names of the knobs that flags set.
     pub(crate) fn knobs_given(&self) -> impl Iterator<Item = &'static str> {
         self.knobs.iter().map(|(knob, _)| knob.name)
     }
+}
+
+/// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.
+fn typed(degrees: f64) -> f64 {
+    (degrees * 1e10).round() / 1e10
 }
 
 /// One of a list of names.

@@ -7,10 +7,12 @@ mod flags;
 mod info;
 mod picture;
 mod render;
+mod truth;
 
 use clap::Command;
 use clap::error::ErrorKind;
 use hbao::Error;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::ffi::OsString;
 use std::io::{self, Write as _};
 
@@ -25,6 +27,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     };
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
+        Some(("truth", matches)) => truth::run(matches),
         Some(("bench", matches)) => bench::run(matches),
         Some(("info", _)) => info::run(),
         // clap lets no other through.
@@ -44,8 +47,18 @@ fn command() -> Command {
         .subcommand_required(true)
         .disable_help_subcommand(true)
         .subcommand(render::command())
+        .subcommand(truth::command())
         .subcommand(bench::command())
         .subcommand(info::command())
+}
+
+/// A progress bar on stderr, which shows nothing where that is no terminal.
+fn bar(length: u64, what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(length).with_message(what);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
 }
 
 /// Writes a result to stdout. A reader that has left, as `head` does, has had all it wanted.

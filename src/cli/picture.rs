@@ -102,7 +102,7 @@ fn rgb(image: &Image<[u8; 3]>, format: FileFormat, text: Text) -> Result<Vec<u8>
     }
 }
 
-fn visibility(image: &Image<f32>, format: FileFormat, text: Text) -> Result<Vec<u8>, Error> {
+pub(crate) fn visibility(image: &Image<f32>, format: FileFormat, text: Text) -> Result<Vec<u8>, Error> {
     match format {
         FileFormat::Png => png::encode(&image.map(byte), text),
         FileFormat::Exr => exr::encode(image, text),

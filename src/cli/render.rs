@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::{Outputs, exr, metadata};
-use hbao::scene::{Camera, Projection};
+use hbao::scene::Camera;
 use hbao::settings::{Method, Settings};
 use hbao::{Apply, Error, PassTime, Pipeline, Request, rotation_tile};
 use serde_json::json;
@@ -266,25 +266,8 @@ fn origin(
     context: &Context,
     samples: u32,
 ) -> String {
-    let numbers = |v: glam::DVec3| toml::Value::from(v.to_array().to_vec());
-    let mut render = toml::Table::new();
+    let mut render = flags.seen(camera);
     let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
-    put("version", env!("CARGO_PKG_VERSION").into());
-    put("scene", flags.scene.clone().into());
-    put("size", vec![i64::from(flags.size.0), i64::from(flags.size.1)].into());
-    put("eye", numbers(camera.eye));
-    put("target", numbers(camera.eye + camera.far * camera.forward));
-    put("up", numbers(camera.up));
-    match camera.projection {
-        Projection::Perspective { tan_half_fov_y, .. } => {
-            put("fov-y", typed((2.0 * tan_half_fov_y.atan()).to_degrees()).into());
-        }
-        Projection::Orthographic { half_height, .. } => {
-            put("ortho", (2.0 * half_height).into());
-        }
-    }
-    put("near", camera.near.into());
-    put("far", camera.far.into());
     let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);
     put("apply", apply.into());
     put("samples", i64::from(samples).into());
@@ -299,11 +282,6 @@ fn origin(
     let mut all = settings.to_toml();
     all.insert("render".into(), render.into());
     all.to_string()
-}
-
-/// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.
-fn typed(degrees: f64) -> f64 {
-    (degrees * 1e10).round() / 1e10
 }
 
 /// What `--timings` writes.

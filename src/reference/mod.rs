@@ -11,6 +11,7 @@ mod ray_march;
 mod sampling;
 pub(crate) mod ssao;
 pub mod trace;
+pub mod truth;
 
 use crate::Error;
 use crate::image::Image;

@@ -69,6 +69,23 @@ impl Tracer<'_> {
 
     /// The nearest hit with t in `range`; `direction` may have any length, t counts in it.
     pub fn nearest(&self, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
+        self.nearest_but(origin, direction, range, usize::MAX)
+    }
+
+    /// The unit normal of a triangle, to the side from which its corners turn left; of a triangle without area, any.
+    pub fn normal(&self, triangle: usize) -> DVec3 {
+        let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize]);
+        (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(DVec3::Y)
+    }
+
+    /// [`Tracer::nearest`] that passes through the triangle `but`: the one that the ray starts on.
+    pub(super) fn nearest_but(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        range: RangeInclusive<f64>,
+        but: usize,
+    ) -> Option<Hit> {
         // The part of the ray within the scene's box, so that what float32 sees is near it.
         let (enter, leave) = self.clip(origin, direction, &range)?;
         let length = direction.length();
@@ -84,7 +101,7 @@ impl Tracer<'_> {
         self.hierarchy.ray_traverse(ray, &mut RayHit::none(), |_, id| {
             let triangle = self.hierarchy.primitive_indices[id] as usize;
             match self.meet(origin, direction, triangle) {
-                Some(hit) if hit.t >= *range.start() && hit.t <= end => {
+                Some(hit) if triangle != but && hit.t >= *range.start() && hit.t <= end => {
                     end = hit.t;
                     nearest = Some(hit);
                     in_boxes(hit.t)

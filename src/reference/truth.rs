@@ -1,0 +1,181 @@
+//! Ray-traced ambient occlusion, Eq. 6.2.3 of ShaderX7, on the triangles themselves: what the methods are measured
+//! against.
+//!
+//! A = 1 - 1/(2 pi) times the integral of V W over the hemisphere about the normal: a ray in a uniform direction of it
+//! that meets a triangle within R, from either side, occludes by W of the distance.
+
+use super::trace::{Hit, Tracer};
+use crate::Error;
+use crate::scene::{Camera, Mesh};
+use crate::settings::{Attenuation, Settings};
+use glam::DVec3;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Of what each pixel's sequence of random numbers is made.
+const SEED: u128 = 0x7472_7574_6820_2008;
+
+/// How far from its start a ray begins to look for occluders, as a share of the scene's size and of the start's distance
+/// from the world's origin. A ray that leaves a plane meets it again only by rounding, some 1e-16 of these away; an
+/// occluder nearer than this is missed.
+const CLEARANCE: f64 = 1e-11;
+
+/// What is traced: a scene seen by a camera, with the radius and attenuation of the settings.
+pub struct Truth<'a> {
+    tracer: Tracer<'a>,
+    camera: &'a Camera,
+    size: (usize, usize),
+    radius: f64,
+    attenuation: Attenuation,
+    rays: u32,
+    clearance: f64,
+}
+
+/// Visibility of some pixels, and how noisy it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Traced {
+    /// A in [0, 1], in the order in which the pixels were given; 1 on background.
+    pub visibility: Vec<f64>,
+    /// How many of the pixels hold a surface.
+    pub covered: usize,
+    /// The root of the mean variance of a covered pixel's A, estimated from two independent halves of its rays.
+    pub noise_rmse: f64,
+}
+
+impl<'a> Truth<'a> {
+    /// Prepares to trace `rays` rays from each pixel's surface point; even, and at least 2, since the noise is estimated
+    /// from two halves.
+    ///
+    /// # Errors
+    /// A radius in percent, or a number of rays that is odd or 0.
+    pub fn new(
+        mesh: &'a Mesh,
+        camera: &'a Camera,
+        size: (usize, usize),
+        settings: &Settings,
+        rays: u32,
+    ) -> Result<Truth<'a>, Error> {
+        if rays == 0 || !rays.is_multiple_of(2) {
+            return Err(Error::Usage(format!(
+                "{rays} rays: give an even number of at least 2, half for each estimate"
+            )));
+        }
+        let (low, high) = mesh.bounds();
+        let farthest = low.abs().max(high.abs()).max(camera.eye.abs()).max_element();
+        Ok(Truth {
+            tracer: Tracer::new(mesh),
+            camera,
+            size,
+            radius: settings.radius_units()?,
+            attenuation: settings.attenuation,
+            rays,
+            clearance: CLEARANCE * (mesh.diagonal() + farthest),
+        })
+    }
+
+    /// Traces the pixels of these indices (y * width + x, y up), on all cores. `progress` is called with the number of
+    /// pixels done since its last call, from any thread. The result does not depend on the order or the threads.
+    pub fn trace(&self, pixels: &[usize], progress: impl Fn(usize) + Sync) -> Traced {
+        const CHUNK: usize = 256;
+        let of_chunk = |chunk: &[usize]| {
+            let traced: Vec<Option<[f64; 2]>> = chunk.iter().map(|&pixel| self.pixel(pixel)).collect();
+            progress(chunk.len());
+            traced
+        };
+        let halves: Vec<Option<[f64; 2]>> = pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
+        let covered: Vec<[f64; 2]> = halves.iter().copied().flatten().collect();
+        // Each half has twice the variance of their mean, and their difference four times.
+        let squares: f64 = covered.iter().map(|[a, b]| (a - b).powi(2) / 4.0).sum();
+        Traced {
+            visibility: halves.iter().map(|half| half.map_or(1.0, |[a, b]| (a + b) / 2.0)).collect(),
+            covered: covered.len(),
+            noise_rmse: (squares / covered.len().max(1) as f64).sqrt(),
+        }
+    }
+
+    /// Two independent estimates of A; none on background.
+    fn pixel(&self, pixel: usize) -> Option<[f64; 2]> {
+        let (x, y) = (pixel % self.size.0, pixel / self.size.0);
+        let (u, v) = ((x as f64 + 0.5) / self.size.0 as f64, (y as f64 + 0.5) / self.size.1 as f64);
+        let camera = self.camera;
+        let (start, r) = camera.ray(u, v);
+        let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
+        let (origin, direction) = (camera.eye + to_world(start), to_world(r));
+        let seen = self.tracer.nearest(origin, direction, camera.near..=camera.far)?;
+        let point = origin + seen.t * direction;
+        let normal = self.tracer.normal(seen.triangle);
+        let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+        let (b1, b2) = normal.any_orthonormal_pair();
+
+        let mut random = Pcg64Mcg::new(SEED ^ (pixel as u128) << 1);
+        // The first numbers of neighbouring seeds are alike.
+        (0..4).for_each(|_| _ = random.next_u64());
+        let mut uniform = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        Some([(); 2].map(|()| {
+            let mut occlusion = 0.0;
+            for [up, turn] in stratified(self.rays / 2, &mut uniform) {
+                // Uniform over the hemisphere: the zenith's cosine is uniform.
+                let (across, angle) = ((1.0 - up * up).sqrt(), TAU * turn);
+                let ray = up * normal + across * (angle.cos() * b1 + angle.sin() * b2);
+                if let Some(hit) = self.occluder(point, ray, seen.triangle) {
+                    occlusion += self.weight(hit.t);
+                }
+            }
+            1.0 - occlusion / f64::from(self.rays / 2)
+        }))
+    }
+
+    /// The nearest triangle on a ray of unit length from a point on the triangle `own`, within R.
+    pub fn occluder(&self, point: DVec3, ray: DVec3, own: usize) -> Option<Hit> {
+        self.tracer.nearest_but(point, ray, self.clearance..=self.radius, own)
+    }
+
+    /// W(r).
+    fn weight(&self, r: f64) -> f64 {
+        match self.attenuation {
+            Attenuation::Quadratic => 1.0 - (r / self.radius).powi(2),
+            Attenuation::Linear => 1.0 - r / self.radius,
+            Attenuation::None => 1.0,
+        }
+    }
+}
+
+/// `count` points of the unit square, one at random in each of as many cells of equal area: rows of about as many cells
+/// as there are rows, each as high as its share of the cells.
+fn stratified(count: u32, uniform: &mut impl FnMut() -> f64) -> Vec<[f64; 2]> {
+    let rows = f64::from(count).sqrt().round().max(1.0) as u32;
+    let mut points = Vec::with_capacity(count as usize);
+    for row in 0..rows {
+        let [first, end] = [row, row + 1].map(|row| u64::from(count) * u64::from(row) / u64::from(rows));
+        let cells = end - first;
+        for cell in 0..cells {
+            let high = (first as f64 + uniform() * cells as f64) / f64::from(count);
+            points.push([high, (cell as f64 + uniform()) / cells as f64]);
+        }
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_holds_one_point_whatever_the_count() {
+        let mut random = Pcg64Mcg::new(3);
+        let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        for count in [1, 2, 3, 7, 16, 17, 100, 1023] {
+            let points = stratified(count, &mut uniform);
+            assert_eq!(points.len(), count as usize);
+            assert!(points.iter().flatten().all(|c| (0.0..1.0).contains(c)));
+            // In rows of equal cells the mean height is near a half, far nearer than of points at random.
+            let mean = points.iter().map(|point| point[0]).sum::<f64>() / f64::from(count);
+            assert!((mean - 0.5).abs() < 1.0 / f64::from(count).sqrt(), "{count}: {mean}");
+        }
+        let mut heights: Vec<f64> = stratified(100, &mut uniform).iter().map(|point| point[0]).collect();
+        heights.sort_by(f64::total_cmp);
+        assert!(heights.iter().enumerate().all(|(i, h)| (h * 10.0).floor() as usize == i / 10));
+    }
+}
