@@ -37,15 +37,8 @@ pub(crate) fn command() -> Command {
 /// Measures, prints a table, and writes the figures where they are wanted.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
-    let runs = match flags::text(matches, "runs") {
-        None => 11,
-        Some(text) => text
-            .parse()
-            .ok()
-            .filter(|runs| (1..=1000).contains(runs))
-            .ok_or_else(|| Error::Usage(format!("--runs: '{text}' is no whole number from 1 to 1000")))?,
-    };
-    let json = flags::json_path(matches, "json")?;
+    let runs = flags::read_runs(matches, 11)?;
+    let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(&json)?;
     let Opened { scene, settings, camera, notices } = flags.open()?;
     let settings = settings.resolved(scene.mesh.diagonal());

@@ -54,15 +54,23 @@ fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> A
     valued(name, value, help).allow_hyphen_values(true)
 }
 
-/// The path of a JSON file, or of something like /dev/stdout: no model or settings file is overwritten by mistake.
-pub(crate) fn json_path(matches: &ArgMatches, name: &str) -> Result<Option<PathBuf>, Error> {
+/// The path that a flag gives, of a file with this extension or of something like /dev/stdout: no model or settings file
+/// is overwritten by mistake.
+pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<Option<PathBuf>, Error> {
     let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
-    let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+    let right = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
     let stream = std::fs::metadata(path).is_ok_and(|existing| !existing.is_file() && !existing.is_dir());
-    if !json && !stream {
-        return Err(Error::Usage(format!("--{name} {}: its name must end in .json", path.display())));
+    if !right && !stream {
+        return Err(Error::Usage(format!("--{name} {}: its name must end in .{wanted}", path.display())));
     }
     Ok(Some(path.clone()))
+}
+
+/// What `--runs` says.
+pub(crate) fn read_runs(matches: &ArgMatches, default: usize) -> Result<usize, Error> {
+    let Some(text) = text(matches, "runs") else { return Ok(default) };
+    let runs = text.parse().ok().filter(|runs| (1..=1000).contains(runs));
+    runs.ok_or_else(|| Error::Usage(format!("--runs: '{text}' is no whole number from 1 to 1000")))
 }
 
 /// A flag that takes a path.

@@ -6,7 +6,9 @@ mod bench;
 mod flags;
 mod info;
 mod picture;
+mod plot;
 mod render;
+mod trade;
 mod truth;
 
 use clap::Command;
@@ -28,6 +30,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
         Some(("truth", matches)) => truth::run(matches),
+        Some(("trade", matches)) => trade::run(matches),
         Some(("bench", matches)) => bench::run(matches),
         Some(("info", _)) => info::run(),
         // clap lets no other through.
@@ -48,6 +51,7 @@ fn command() -> Command {
         .disable_help_subcommand(true)
         .subcommand(render::command())
         .subcommand(truth::command())
+        .subcommand(trade::command())
         .subcommand(bench::command())
         .subcommand(info::command())
 }

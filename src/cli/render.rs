@@ -87,7 +87,7 @@ impl Wanted {
             show: flags::word("show", flags::text(matches, "show").unwrap_or("final"), &Show::NAMES)?,
             apply: flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?,
             dump: matches.get_one::<PathBuf>("dump").map(folder),
-            timings: flags::json_path(matches, "timings")?,
+            timings: flags::path_of(matches, "timings", "json")?,
         })
     }
 

@@ -6,7 +6,9 @@ use super::{bar, say};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
 use hbao::image::{Image, Outputs, metadata};
-use hbao::reference::truth::Truth;
+use hbao::reference::truth::{Traced, Truth};
+use hbao::scene::{Camera, Mesh};
+use hbao::settings::Settings;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -31,6 +33,29 @@ pub(crate) fn command() -> Command {
         .after_help(EXPLANATION)
 }
 
+/// Traces every pixel, with a progress bar, and says what it took and how noisy it is.
+pub(crate) fn trace(
+    mesh: &Mesh,
+    camera: &Camera,
+    (width, height): (u32, u32),
+    settings: &Settings,
+    rays: u32,
+) -> Result<Traced, Error> {
+    let truth = Truth::new(mesh, camera, (width as usize, height as usize), settings, rays)?;
+    let pixels: Vec<usize> = (0..width as usize * height as usize).collect();
+    let start = Instant::now();
+    let progress = bar(pixels.len() as u64, "pixels traced");
+    let traced = truth.trace(&pixels, |done| progress.inc(done as u64));
+    progress.finish_and_clear();
+    let covered = traced.covered.iter().filter(|&&covered| covered).count();
+    say(&format!(
+        "truth: {covered} covered pixels, {rays} rays each, {:.2} million rays a second, noise {:.5} RMS",
+        covered as f64 * f64::from(rays) / start.elapsed().as_secs_f64() / 1e6,
+        traced.noise_rmse
+    ));
+    Ok(traced)
+}
+
 /// Traces every pixel, writes the image, and says how noisy it is.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
@@ -44,19 +69,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
     let (width, height) = (flags.size.0 as usize, flags.size.1 as usize);
     let resolved = settings.resolved(scene.mesh.diagonal());
-    let truth = Truth::new(&scene.mesh, &camera, (width, height), &resolved, rays)?;
-    let pixels: Vec<usize> = (0..width * height).collect();
-    let start = Instant::now();
-    let progress = bar(pixels.len() as u64, "pixels traced");
-    let traced = truth.trace(&pixels, |done| progress.inc(done as u64));
-    progress.finish_and_clear();
-    let seconds = start.elapsed().as_secs_f64();
-    say(&format!(
-        "{} covered pixels, {rays} rays each, {:.2} million rays a second, noise {:.5} RMS",
-        traced.covered,
-        traced.covered as f64 * f64::from(rays) / seconds / 1e6,
-        traced.noise_rmse
-    ));
+    let traced = trace(&scene.mesh, &camera, flags.size, &resolved, rays)?;
 
     let mut render = flags.seen(&camera);
     render.insert("truth-rays".into(), i64::from(rays).into());

@@ -1,5 +1,8 @@
 //! What ambient occlusion costs, measured. It sees a way to render and times, never a shader.
 
+pub mod errors;
+pub mod trade;
+
 use crate::scene::{Camera, Mesh};
 use crate::{AmbientOcclusion, Error, PassTime, Pipeline, Settings, Timers};
 use std::ops::Add as _;

@@ -38,8 +38,8 @@ pub struct Truth<'a> {
 pub struct Traced {
     /// A in [0, 1], in the order in which the pixels were given; 1 on background.
     pub visibility: Vec<f64>,
-    /// How many of the pixels hold a surface.
-    pub covered: usize,
+    /// Which of the pixels hold a surface.
+    pub covered: Vec<bool>,
     /// The root of the mean variance of a covered pixel's A, estimated from two independent halves of its rays.
     pub noise_rmse: f64,
 }
@@ -85,13 +85,14 @@ impl<'a> Truth<'a> {
             traced
         };
         let halves: Vec<Option<[f64; 2]>> = pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
-        let covered: Vec<[f64; 2]> = halves.iter().copied().flatten().collect();
         // Each half has twice the variance of their mean, and their difference four times.
-        let squares: f64 = covered.iter().map(|[a, b]| (a - b).powi(2) / 4.0).sum();
+        let squares: f64 = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).sum();
+        let covered: Vec<bool> = halves.iter().map(Option::is_some).collect();
+        let count = covered.iter().filter(|&&covered| covered).count();
         Traced {
             visibility: halves.iter().map(|half| half.map_or(1.0, |[a, b]| (a + b) / 2.0)).collect(),
-            covered: covered.len(),
-            noise_rmse: (squares / covered.len().max(1) as f64).sqrt(),
+            covered,
+            noise_rmse: (squares / count.max(1) as f64).sqrt(),
         }
     }
 

@@ -1,0 +1,147 @@
+//! Error against time over a sweep of settings: what accuracy costs, and which settings nobody should use.
+
+use super::errors::Errors;
+use super::sum;
+use crate::image::Image;
+use crate::scene::{Camera, Mesh};
+use crate::settings::{AoFormat, BlurKernel, DepthFormat, Method, NormalFormat, Settings};
+use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
+use std::sync::Arc;
+
+/// One point of the trade.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// What was measured, with the radius of all.
+    pub settings: Settings,
+    /// Ambient occlusion and its blur together, the median over the runs: by the driver's timer, else on the wall.
+    pub ms: f64,
+    /// Against the truth.
+    pub errors: Errors,
+    /// True where no row is better in both time and RMSE.
+    pub pareto: bool,
+}
+
+/// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
+/// with the radius of `base` and its attenuation for all that read one. One depth sample a pixel: the truth is that of
+/// the pixels' centres.
+pub fn sweep(base: &Settings) -> Vec<Settings> {
+    let of = |method: Method| Settings {
+        radius: base.radius,
+        attenuation: base.attenuation,
+        strength: base.strength,
+        msaa: 1,
+        ..Settings::for_method(method)
+    };
+    let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
+    let mut all = Vec::new();
+    for (directions, steps) in [(2, 4), (4, 4), (4, 8), (6, 6), (8, 8), (16, 8), (16, 16), (32, 16)] {
+        for (blur, half_res) in [(9, false), (9, true), (21, false)] {
+            all.push(Settings { blur, half_res, ..with(of(Method::Hbao), directions, steps) });
+        }
+    }
+    for (directions, steps) in [(4, 4), (8, 8), (16, 16)] {
+        all.push(Settings { blur: 0, ..with(of(Method::Hbao), directions, steps) });
+        all.push(with(of(Method::HbaoTalk), directions, steps));
+        all.push(with(of(Method::Microsphere), directions, steps));
+        all.push(with(of(Method::Crease), directions, steps));
+    }
+    for (directions, rays, steps) in [(4, 2, 4), (8, 4, 8), (16, 4, 16)] {
+        all.push(Settings { rays, ..with(of(Method::RayMarch), directions, steps) });
+    }
+    for ssao_samples in [8, 16, 24] {
+        all.push(Settings { ssao_samples, ..of(Method::Ssao) });
+    }
+    let chapter = || with(of(Method::Hbao), 8, 8);
+    all.push(Settings { blur_kernel: BlurKernel::Full, ..chapter() });
+    all.push(Settings { ao_format: AoFormat::R32f, ..chapter() });
+    all.push(Settings { normal_format: NormalFormat::Rgba16f, ..chapter() });
+    all.push(Settings { depth_format: DepthFormat::R16f, ..chapter() });
+    all.push(of(Method::None));
+    all
+}
+
+/// Measures each of `settings` on a view, in `runs` interleaved rounds after one that compiles the shaders and is not
+/// counted. `truth` is compared with where `covered` is true. `progress` is called after each rendering.
+///
+/// # Errors
+/// What the driver refuses, or images of another size.
+pub fn measure(
+    gl: &Arc<glow::Context>,
+    (mesh, camera): (&Mesh, &Camera),
+    (truth, covered): (&Image<f32>, &Image<bool>),
+    settings: &[Settings],
+    runs: usize,
+    progress: impl Fn(),
+) -> Result<Vec<Row>, Error> {
+    let size = (truth.width as u32, truth.height as u32);
+    // One G-buffer for all of its formats.
+    let mut gbuffers: Vec<((NormalFormat, DepthFormat), Pipeline)> = Vec::new();
+    for each in settings {
+        let formats = (each.normal_format, each.depth_format);
+        if !gbuffers.iter().any(|(known, _)| *known == formats) {
+            let request = Request { gbuffer_only: true, ..Request::default() };
+            let mut pipeline = Pipeline::new(gl, size, each, request)?;
+            pipeline.render(mesh, camera)?;
+            gbuffers.push((formats, pipeline));
+        }
+    }
+    let inputs: Vec<_> = settings
+        .iter()
+        .filter_map(|each| gbuffers.iter().find(|(known, _)| *known == (each.normal_format, each.depth_format)))
+        .map(|(_, pipeline)| pipeline.inputs(camera))
+        .collect();
+    let mut timers = Timers::new(gl, true)?;
+    let mut passes =
+        settings.iter().map(|each| AmbientOcclusion::new(gl.clone(), size, each)).collect::<Result<Vec<_>, Error>>()?;
+    let mut times = vec![Vec::new(); settings.len()];
+    for run in 0..=runs {
+        for (i, ao) in passes.iter_mut().enumerate() {
+            ao.render_timed(&inputs[i], &mut timers)?;
+            let frame = timers.take();
+            if run > 0 {
+                let counted = |name: &str| matches!(name, "half_depth" | "ao") || name.starts_with("blur");
+                times[i].push(sum(&frame, counted));
+            }
+            progress();
+        }
+    }
+    let mut rows = Vec::new();
+    for ((each, ao), times) in settings.iter().zip(&passes).zip(&times) {
+        let errors = Errors::of(&ao.image()?, truth, covered)?;
+        rows.push(Row { settings: each.clone(), ms: super::median(times), errors, pareto: false });
+    }
+    let points: Vec<_> = rows.iter().map(|row| (row.ms, row.errors.rmse)).collect();
+    rows.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
+    Ok(rows)
+}
+
+/// Which of (time, error) nobody beats in both.
+pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
+    let beaten = |&(ms, error): &(f64, f64)| points.iter().any(|&(m, e)| m < ms && e < error);
+    points.iter().map(|point| !beaten(point)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_front_is_what_nobody_beats_in_both() {
+        let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (5.0, 1.0), (0.5, 9.0)];
+        // Of two with one error the slower is not beaten in both.
+        assert_eq!(pareto(&points), [true, true, false, true, true, true]);
+    }
+
+    #[test]
+    fn the_sweep_holds_the_table_and_no_setting_twice() {
+        let all = sweep(&Settings::default());
+        for (directions, half_res) in [(4, false), (8, false), (16, false), (4, true), (8, true), (16, true)] {
+            let is = |s: &Settings| (s.method, s.directions, s.steps) == (Method::Hbao, directions, directions);
+            assert!(all.iter().any(|s| is(s) && s.half_res == half_res && s.blur == 9 && s.msaa == 1));
+        }
+        for (i, settings) in all.iter().enumerate() {
+            settings.validate().unwrap();
+            assert!(!all[..i].contains(settings), "{}", settings.to_toml());
+        }
+    }
+}

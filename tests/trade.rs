@@ -1,0 +1,87 @@
+//! `hbao trade` measures a sweep and writes what the contract says.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trade(folder: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hbao"))
+        .current_dir(folder)
+        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        .arg("trade")
+        .args(arguments.split_whitespace())
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn it_prints_a_table_and_writes_rows_a_table_and_a_plot() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = trade(
+        folder.path(),
+        "--size 96x72 --runs 1 --truth-rays 64 --json t.json --csv t.csv --plot t.svg --radius 150",
+    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let report: Value = serde_json::from_str(&text("t.json")).unwrap();
+    assert_eq!(report["truth"]["rays"], 64);
+    let noise = report["truth"]["noise_rmse"].as_f64().unwrap();
+    assert!(noise > 0.0 && noise < 0.03, "{noise}");
+    let rows = report["rows"].as_array().unwrap();
+    for (directions, half) in [(4, false), (8, false), (16, false), (4, true), (8, true), (16, true)] {
+        let is = |row: &&Value| {
+            row["method"] == "hbao"
+                && [&row["directions"], &row["steps"], &row["blur"], &row["msaa"]] == [directions, directions, 9, 1]
+                && row["half_res"] == half
+        };
+        assert!(rows.iter().any(|row| is(&row)), "{directions}, half resolution {half}");
+    }
+    let number = |row: &Value, name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name}: {row}"));
+    for row in rows {
+        let [rmse, mae, bias, max, flip] = ["rmse", "mae", "bias", "max", "flip"].map(|name| number(row, name));
+        assert!(bias.abs() <= mae + 1e-12 && mae <= rmse + 1e-12 && rmse <= max, "{row}");
+        assert!((0.0..=1.0).contains(&flip) && max <= 1.0, "{row}");
+        let beaten = rows.iter().any(|other| number(other, "ms") < number(row, "ms") && number(other, "rmse") < rmse);
+        assert_eq!(row["pareto"], !beaten, "{row}");
+        assert!(row["method"] == "none" || number(row, "ms") > 0.0);
+    }
+    let open = rows.iter().find(|row| row["method"] == "none").unwrap();
+    assert!(number(open, "bias") > 0.05 && number(open, "bias") == number(open, "mae"), "A = 1 is too open everywhere");
+
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(table.lines().count(), rows.len() + 1);
+    assert!(table.lines().any(|line| line.starts_with("* ")) && table.lines().any(|line| line.starts_with("  hbao")));
+    let csv = text("t.csv");
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.starts_with("method,directions,steps,") && csv.lines().all(|line| line.split(',').count() == columns));
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+    let svg = text("t.svg");
+    for part in ["<svg", "milliseconds", "RMSE against ray-traced visibility", "Pareto front", "ray-march", "</svg>"] {
+        assert!(svg.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, part) in [
+        ("--json t.txt", "--json t.txt: its name must end in .json"),
+        ("--csv t.json", "--csv t.json: its name must end in .csv"),
+        ("--plot t.png", "--plot t.png: its name must end in .svg"),
+        ("--runs 0", "--runs: "),
+        ("--truth-rays 5", "--truth-rays: "),
+    ] {
+        let output = trade(folder.path(), arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
+        assert!(stderr.contains(part) && stderr.lines().count() == 1, "{arguments}: {stderr}");
+    }
+    // Noise that would be taken for error is said.
+    let output = trade(folder.path(), "--size 8x6 --runs 1 --truth-rays 2 --steps 3");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        stderr.contains("more than a fifth of the least error") && stderr.contains("--steps has no effect"),
+        "{stderr}"
+    );
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
