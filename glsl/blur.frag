@@ -56,7 +56,7 @@ void main()
         distance_to[s] = background;
     }
 
-    // The texel of ao_image about which the taps lie, which holds the pixel, and the pixel that it stands for.
+    // The texel of ao_image that holds the pixel, about which the taps lie, and whether it stands for another one.
     vec2 home = floor(p / FROM) + 0.5;
     bvec2 odd = notEqual(p, FROM * (home - 0.5) + 0.5);
 #ifndef GAUSSIAN
