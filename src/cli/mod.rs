@@ -4,7 +4,9 @@
 
 mod bench;
 mod flags;
+mod folder;
 mod info;
+mod paper;
 mod picture;
 mod plot;
 mod render;
@@ -32,6 +34,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("truth", matches)) => truth::run(matches),
         Some(("trade", matches)) => trade::run(matches),
         Some(("bench", matches)) => bench::run(matches),
+        Some(("paper", matches)) => paper::run(matches),
         Some(("info", _)) => info::run(),
         // clap lets no other through.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
@@ -53,6 +56,7 @@ fn command() -> Command {
         .subcommand(truth::command())
         .subcommand(trade::command())
         .subcommand(bench::command())
+        .subcommand(paper::command())
         .subcommand(info::command())
 }
 

@@ -1,0 +1,520 @@
+//! The papers' figures, rendered again.
+
+use super::drawing::{self, Axes};
+use super::lab::{Lab, Subject};
+use super::page::{Drawing, Figure, Picture, Table};
+use super::scenes;
+use crate::cli::picture::{FileFormat, Show, encode};
+use hbao::image::{Image, Texel, metadata, png};
+use hbao::reference::anatomy::Anatomy;
+use hbao::scene::CORNELL_BOX;
+use hbao::settings::{Attenuation, Edges, Jitter, KNOBS, Kind, Method, Snap, Toggle};
+use hbao::{Apply, Error, Request, Settings};
+use std::f64::consts::FRAC_PI_4;
+
+/// A figure's maker.
+pub(super) type Make = fn(&Lab) -> Result<Figure, Error>;
+
+/// In the papers' order.
+pub(super) const ALL: [Make; 16] = [
+    crysis_game_scene,
+    crysis_scenarios,
+    crysis_edges,
+    crysis_without_rotation,
+    crysis_blur,
+    first_picture,
+    attenuation,
+    hidden_sample,
+    snapped_directions,
+    low_tessellation,
+    angle_bias,
+    edge_bleeding,
+    sample_counts,
+    dragon,
+    talk,
+    methods,
+];
+
+/// Renders one picture of `show`.
+fn picture(
+    lab: &Lab,
+    subject: &Subject,
+    size: (u32, u32),
+    settings: &Settings,
+    show: Show,
+    (file, caption): (&str, &str),
+) -> Result<Picture, Error> {
+    let request = Request {
+        composite: (show == Show::Final).then_some(Apply::All),
+        raw: show == Show::AoRaw,
+        edges: show == Show::Edges,
+        ..Request::default()
+    };
+    let (pipeline, _) = lab.render(subject, size, settings, request)?;
+    let file = format!("{file}.png");
+    let text = settings.to_toml().to_string();
+    let show_name = Show::NAMES.iter().find(|&&(_, named)| named == show).map_or("", |&(name, _)| name);
+    Ok(Picture {
+        caption: caption.into(),
+        png: encode(&pipeline, show, FileFormat::Png, &metadata(&text))?,
+        size: (size.0 as usize, size.1 as usize),
+        enlarged: 1,
+        command: subject.arguments.as_ref().map(|arguments| {
+            let size = format!("--size {}x{}", size.0, size.1);
+            format!("hbao render {arguments} {size} --show {show_name}{} -o {file}", flags(subject, settings))
+        }),
+        file,
+    })
+}
+
+/// The flags by which settings differ from what the command takes for this scene.
+fn flags(subject: &Subject, settings: &Settings) -> String {
+    let default = subject.settings(settings.method);
+    let mut flags = String::new();
+    for knob in KNOBS {
+        let text = knob.text(settings);
+        let given = match knob.name {
+            "method" => settings.method != Method::default(),
+            _ => text != knob.text(&default),
+        };
+        if given && knob.kind == Kind::Switch {
+            flags += &format!(" --{}", knob.name);
+        } else if given {
+            flags += &format!(" --{} {text}", knob.name);
+        }
+    }
+    flags
+}
+
+/// A part of an image as a picture of its own, each pixel `enlarged` times as large.
+fn detail<T: Texel<Component = u8>>(
+    image: &Image<T>,
+    (left, bottom): (usize, usize),
+    (width, height): (usize, usize),
+    enlarged: usize,
+    (file, caption): (&str, &str),
+) -> Result<Picture, Error> {
+    let (width, height) = (width.min(image.width), height.min(image.height));
+    let (left, bottom) = (left.min(image.width - width), bottom.min(image.height - height));
+    let part = Image::from_fn(width, height, |x, y| image.at(left + x, bottom + y));
+    Ok(Picture {
+        file: format!("{file}.png"),
+        caption: caption.into(),
+        png: png::encode(&part, &metadata(""))?,
+        size: (width, height),
+        enlarged,
+        command: None,
+    })
+}
+
+fn grey(image: &Image<f32>) -> Image<u8> {
+    image.map(|a| (255.0 * a).round() as u8)
+}
+
+/// The size of pictures of which a figure has many.
+fn small(lab: &Lab) -> (u32, u32) {
+    ((lab.size.0 / 2).max(1), (lab.size.1 / 2).max(1))
+}
+
+fn crysis_game_scene(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sponza", "sibenik"]);
+    let settings = subject.settings(Method::Ssao);
+    let caption = format!("{}, visibility by ssao, 16 samples and its 4x4 blur", subject.name);
+    Ok(Figure {
+        id: "6.1.1",
+        title: "Crysis' ambient occlusion of a game scene".into(),
+        text: "The paper shows a scene of the game, which nobody else has; this is another.".into(),
+        pictures: vec![picture(lab, subject, lab.size, &settings, Show::Ao, ("6.1.1", &caption))?],
+        ..Figure::default()
+    })
+}
+
+/// The share of open space of `ssao` in the middle of a fold, before the curve and the blur.
+pub(super) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64, Error> {
+    let settings = Settings { ssao_curve: Toggle::Off, ..subject.exact(Method::Ssao) };
+    let image = lab.ao(subject, &settings)?;
+    // Four by four pixels, each residue of the tile once, about the middle.
+    let (x, y) = (image.width / 2, image.height / 2);
+    let window = (0..16).map(|i| f64::from(image.at((x + i % 4).saturating_sub(2), (y + i / 4).saturating_sub(2))));
+    Ok(window.sum::<f64>() / 16.0)
+}
+
+/// The flat wall, the corner of a room and the edge of a box, with the solid share that the paper draws.
+pub(super) fn folds() -> Result<[(Subject, f64); 3], Error> {
+    Ok([
+        (scenes::fold("wall", "wall", 0.0)?, 0.5),
+        (scenes::fold("corner", "corner", -FRAC_PI_4)?, 0.75),
+        (scenes::fold("edge", "edge", FRAC_PI_4)?, 0.25),
+    ])
+}
+
+fn crysis_scenarios(lab: &Lab) -> Result<Figure, Error> {
+    let (mut pictures, mut rows) = (Vec::new(), Vec::new());
+    for (subject, solid) in &folds()? {
+        let settings = Settings { ssao_curve: Toggle::Off, ..subject.settings(Method::Ssao) };
+        let caption = format!("{}: open share, without the curve A^2 + A", subject.name);
+        let file = format!("6.1.4-{}", subject.key);
+        pictures.push(picture(lab, subject, small(lab), &settings, Show::Ao, (&file, &caption))?);
+        rows.push(vec![
+            subject.name.clone(),
+            format!("{solid:.2}"),
+            format!("{:.3}", 1.0 - open_share(lab, subject)?),
+        ]);
+    }
+    Ok(Figure {
+        id: "6.1.4",
+        title: "Wall, corner and edge".into(),
+        text: "The solid share of the space about a point on a wall, in a corner of two walls, and on an edge of two \
+               faces, each at right angles."
+            .into(),
+        pictures,
+        tables: vec![Table {
+            caption: "Solid share".into(),
+            head: ["scene", "paper", "found"].map(String::from).into(),
+            rows,
+            ..Table::default()
+        }],
+        ..Figure::default()
+    })
+}
+
+fn crysis_edges(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&[CORNELL_BOX]);
+    let brighter = subject.settings(Method::Ssao);
+    let by_normals = Settings { ssao_normals: Toggle::On, ..brighter.clone() };
+    Ok(Figure {
+        id: "6.1.5",
+        title: "Edges brighter than the faces they join".into(),
+        text: "The paper leaves them so, since they help to recognize shapes. With normals, which it proposes as future \
+               work, half of the samples are no longer behind the surface, and flat faces are open."
+            .into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &brighter, Show::Ao, ("6.1.5", "ssao as in Crysis"))?,
+            picture(lab, subject, lab.size, &by_normals, Show::Ao, ("6.1.5-normals", "ssao with normals"))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn crysis_without_rotation(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sponza", "sibenik"]);
+    let settings = Settings { jitter: Jitter::None, blur: 0, ..subject.settings(Method::Ssao) };
+    Ok(Figure {
+        id: "6.1.6",
+        title: "Without random rotation of the kernel".into(),
+        text: "Sixteen samples at the same offsets for all pixels: shapes are seen again as ghosts beside themselves.".into(),
+        pictures: vec![picture(
+            lab,
+            subject,
+            lab.size,
+            &settings,
+            Show::Ao,
+            ("6.1.6", &format!("{}, 16 samples, no rotation, no blur", subject.name)),
+        )?],
+        ..Figure::default()
+    })
+}
+
+fn crysis_blur(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sponza", "sibenik"]);
+    let on = subject.settings(Method::Ssao);
+    let off = Settings { blur: 0, ..on.clone() };
+    Ok(Figure {
+        id: "6.1.7",
+        title: "The 4x4 blur off and on".into(),
+        text: "Rotations repeat every 4x4 pixels, so that a mean over 4x4 pixels of like depth meets each once.".into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &off, Show::Ao, ("6.1.7-off", "blur off"))?,
+            picture(lab, subject, lab.size, &on, Show::Ao, ("6.1.7-on", "blur on"))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn first_picture(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sibenik"]);
+    let settings = Settings { directions: 16, steps: 16, ..subject.settings(Method::Hbao) };
+    let name = &subject.name;
+    Ok(Figure {
+        id: "6.2.1",
+        title: "Horizon-based ambient occlusion".into(),
+        text: "The chapter's method: 16 directions of 16 steps, blur 9x9.".into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &settings, Show::Final, ("6.2.1", &format!("{name}, times its colours")))?,
+            picture(lab, subject, lab.size, &settings, Show::Ao, ("6.2.1-ao", &format!("{name}, visibility")))?,
+            picture(lab, subject, lab.size, &settings, Show::Color, ("6.2.1-color", &format!("{name}, without it")))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn attenuation(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sibenik"]);
+    let with = subject.settings(Method::Hbao);
+    let without = Settings { attenuation: Attenuation::None, ..with.clone() };
+    Ok(Figure {
+        id: "6.2.3",
+        title: "With and without attenuation".into(),
+        text: "Without W occlusion ends abruptly where occluders come to lie further than R.".into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &without, Show::Ao, ("6.2.3-without", "without: W = 1"))?,
+            picture(lab, subject, lab.size, &with, Show::Ao, ("6.2.3-with", "with: W = 1 - (r/R)^2"))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
+    let pit = scenes::pit()?;
+    let size = small(lab);
+    let methods = [
+        (Method::Ssao, "ssao: points above the rim's far side count as open"),
+        (Method::Hbao, "hbao: the horizon stays at the rim"),
+    ];
+    let pictures = methods
+        .map(|(method, caption)| {
+            let settings = Settings { ssao_normals: Toggle::On, ..pit.settings(method) };
+            picture(lab, &pit, size, &settings, Show::Ao, (&format!("6.2.4-{}", method.name()), caption))
+        })
+        .into_iter()
+        .collect::<Result<_, _>>()?;
+    Ok(Figure {
+        id: "6.2.4",
+        title: "Above the height field, and hidden all the same".into(),
+        text: "A floor seen from above, with a square rim upright on it. What lies over the floor outside the rim is in \
+               front of the depth image's surface, but the rim hides it from the floor inside. Crysis' method (here with \
+               normals, so that flat surfaces are open) finds the floor inside open but next to the rim; the horizon does \
+               not. The claim on hidden points counts them."
+            .into(),
+        pictures,
+        ..Figure::default()
+    })
+}
+
+fn snapped_directions(lab: &Lab) -> Result<Figure, Error> {
+    let wall = scenes::fold("wall", "wall", 0.0)?;
+    let (size, pixel) = ((160, 120), (80, 60));
+    let base = Settings { directions: 6, steps: 5, ..wall.exact(Method::Hbao) };
+    let seen = lab.see(&wall, size, &base)?;
+    let inputs = seen.inputs();
+    let mut drawings = Vec::new();
+    for (snap, caption) in [
+        (Snap::Step, "the first offset and the step are rounded: every direction walks by whole texels, and bends off"),
+        (Snap::Sample, "each sample is rounded by itself: the directions are kept"),
+    ] {
+        let settings = Settings { snap, ..base.clone() };
+        let twin = Anatomy::new(&inputs, &settings)?;
+        let directions: Vec<Vec<(f64, f64)>> = (0..settings.directions)
+            .map(|k| twin.offsets(pixel, k).unwrap_or_default().iter().map(|o| (o.x, o.y)).collect())
+            .collect();
+        let [cos_a, sin_a, _] = hbao::rotation_tile(&settings).at(pixel.0 % 4, pixel.1 % 4).map(f64::from);
+        let turn = sin_a.atan2(cos_a);
+        drawings.push(Drawing {
+            file: format!("6.2.10-{}.svg", snap.name()),
+            caption: format!("snap = {}: {caption}", snap.name()),
+            svg: drawing::texels(&directions, turn)?,
+        });
+    }
+    Ok(Figure {
+        id: "6.2.10",
+        title: "Snapped directions".into(),
+        text: "The texels that one pixel of a wall reads, 6 directions of 5 steps; lines are the directions meant.".into(),
+        drawings,
+        ..Figure::default()
+    })
+}
+
+/// The bias of the figures on creases: more than the angle between two facets of the vault.
+pub(super) const BIAS_DEGREES: f64 = 30.0;
+/// Flat strips of the vault: creases of 18 degrees.
+pub(super) const FACETS: u32 = 10;
+
+fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
+    let vault = scenes::vault(FACETS)?;
+    let settings = |bias: f64| Settings { bias: bias.to_radians(), directions: 16, steps: 16, ..vault.settings(Method::Hbao) };
+    let biased = format!("bias {BIAS_DEGREES} degrees");
+    Ok(Figure {
+        id: "6.2.13",
+        title: "Creases of low tessellation".into(),
+        text: format!(
+            "The inside of a round vault of {FACETS} flat strips, which meet at {} degrees.",
+            180 / FACETS
+        ),
+        pictures: vec![
+            picture(lab, &vault, small(lab), &settings(0.0), Show::Ao, ("6.2.13-a", "bias 0"))?,
+            picture(lab, &vault, small(lab), &settings(BIAS_DEGREES), Show::Ao, ("6.2.13-b", &biased))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn angle_bias(lab: &Lab) -> Result<Figure, Error> {
+    let size = (160, 120);
+    let mut series = Vec::new();
+    for bias in [0.0, 15.0, 30.0, 45.0f64] {
+        let mut points = Vec::new();
+        for degrees in (0..=90).step_by(6) {
+            // Both sides rise by half of the angle, so that one rises over the other's plane by the whole.
+            let subject = scenes::fold("fold", "fold", -f64::from(degrees).to_radians() / 2.0)?;
+            let settings = Settings {
+                bias: bias.to_radians(),
+                directions: 16,
+                steps: 16,
+                jitter: Jitter::None,
+                blur: 0,
+                ..subject.exact(Method::Hbao)
+            };
+            let image = lab.render(&subject, size, &settings, Request::default())?.0.ao()?;
+            points.push((f64::from(degrees), 1.0 - f64::from(image.at(81, 60))));
+        }
+        series.push((format!("bias {bias}\u{b0}"), points));
+    }
+    let axes = Axes {
+        x: "angle by which one face rises over the other's plane, degrees",
+        y: "occlusion 1 - A beside the crease",
+        logarithmic: false,
+    };
+    Ok(Figure {
+        id: "6.2.14",
+        title: "What an angle bias ignores".into(),
+        text: "Two faces that meet in a crease: occlusion one pixel beside it, by the angle between them. Directions whose \
+               horizon rises over the tangent by less than the bias add nothing, and the others less."
+            .into(),
+        drawings: vec![Drawing {
+            file: "6.2.14.svg".into(),
+            caption: "occlusion beside a crease".into(),
+            svg: drawing::lines(&series, &axes)?,
+        }],
+        ..Figure::default()
+    })
+}
+
+fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["dragon", CORNELL_BOX]);
+    let request = Request { composite: Some(Apply::All), edges: true, ..Request::default() };
+    let supersampled = subject.settings(Method::Hbao);
+    let naive = Settings { edges: Edges::Off, ..supersampled.clone() };
+    let (with, _) = lab.render(subject, lab.size, &supersampled, request)?;
+    let (without, _) = lab.render(subject, lab.size, &naive, request)?;
+    let (Some(with_final), Some(without_final), Some(edges)) = (with.composite()?, without.composite()?, with.edges())
+    else {
+        return Err(Error::Usage("the final images were not kept".into()));
+    };
+    // Where the two differ most over a window.
+    let side = 96.min(with_final.width).min(with_final.height);
+    let difference = with.ao()?.texels.iter().zip(&without.ao()?.texels).map(|(a, b)| (a - b).abs()).collect();
+    let difference = Image { width: with_final.width, height: with_final.height, texels: difference };
+    let at = largest(&difference, side);
+    let window = (side, side);
+    let shown = |image: &Image<[u8; 3]>, file: &str, caption: &str| detail(image, at, window, 4, (file, caption));
+    let mut pictures = vec![
+        shown(&with.colour()?, "6.2.15-a", "colour, no ambient occlusion")?,
+        shown(&without_final, "6.2.15-b", "the blur around the resolved depth: what is behind bleeds into silhouettes")?,
+        shown(&with_final, "6.2.15-c", "the supersampling blur at edges")?,
+    ];
+    for (image, file, caption) in
+        [(&without, "6.2.15-b-ao", "visibility, plain blur"), (&with, "6.2.15-c-ao", "visibility, supersampling blur")]
+    {
+        pictures.push(detail(&grey(&image.ao()?), at, window, 4, (file, caption))?);
+    }
+    let marked = edges.map(|edge| if edge { 255u8 } else { 0 });
+    pictures.push(detail(&marked, at, window, 4, ("6.2.15-edges", "which pixels are edges"))?);
+    Ok(Figure {
+        id: "6.2.15",
+        title: "Bleeding at edges, and the supersampling blur".into(),
+        text: format!(
+            "{}, with {} depth samples a pixel: {side}x{side} pixels where the two blurs differ most, enlarged.",
+            subject.name,
+            with.samples()
+        ),
+        pictures,
+        ..Figure::default()
+    })
+}
+
+/// The lower left corner of the window of `side` pixels, on a grid of half its side, with the largest sum.
+fn largest(image: &Image<f32>, side: usize) -> (usize, usize) {
+    let step = (side / 2).max(1);
+    let sum = |(left, bottom): &(usize, usize)| -> f32 {
+        (0..side * side).map(|i| image.at(left + i % side, bottom + i / side)).sum()
+    };
+    let rows = (0..=image.height - side).step_by(step);
+    let corners = rows.flat_map(|y| (0..=image.width - side).step_by(step).map(move |x| (x, y)));
+    corners.max_by(|a, b| sum(a).total_cmp(&sum(b))).unwrap_or((0, 0))
+}
+
+fn sample_counts(lab: &Lab) -> Result<Figure, Error> {
+    let views = ["sibenik", "sibenik-choir", "dragon"].map(|key| lab.subject(key));
+    let mut views: Vec<&Subject> = views.into_iter().flatten().collect();
+    if views.is_empty() {
+        views = lab.data_sets();
+    }
+    let mut pictures = Vec::new();
+    for subject in views {
+        for (count, blur) in [(4, 21), (8, 15), (16, 9)] {
+            let settings = Settings { directions: count, steps: count, blur, ..subject.settings(Method::Hbao) };
+            let caption = format!("{}, {count}/{count}, blur {blur}x{blur}", subject.name);
+            let file = format!("6.2.16-{}-{count}", subject.key);
+            pictures.push(picture(lab, subject, small(lab), &settings, Show::Ao, (&file, &caption))?);
+        }
+    }
+    Ok(Figure {
+        id: "6.2.16",
+        title: "4/4, 8/8 and 16/16 directions and steps".into(),
+        text: "The blur shrinks as the samples grow.".into(),
+        pictures,
+        ..Figure::default()
+    })
+}
+
+fn dragon(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["dragon", CORNELL_BOX]);
+    let settings = subject.settings(Method::Hbao);
+    Ok(Figure {
+        id: "6.2.17",
+        title: "Diffuse shading, ambient occlusion, and both".into(),
+        text: format!("{}.", subject.name),
+        pictures: vec![
+            picture(lab, subject, lab.size, &settings, Show::Color, ("6.2.17-diffuse", "diffuse shading"))?,
+            picture(lab, subject, lab.size, &settings, Show::Ao, ("6.2.17-ao", "visibility"))?,
+            picture(lab, subject, lab.size, &settings, Show::Final, ("6.2.17-final", "both"))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn talk(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["dragon", "sibenik"]);
+    let horizons = subject.settings(Method::HbaoTalk);
+    // As the talk has it: the same linear attenuation in both.
+    let rays = Settings { attenuation: Attenuation::Linear, ..subject.settings(Method::RayMarch) };
+    Ok(Figure {
+        id: "talk-1",
+        title: "The talk's Figure 1: horizons and ray marching".into(),
+        text: "8 directions of 8 steps; ray marching with 4 rays a direction. Their speeds stand under the tables.".into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &horizons, Show::Ao, ("talk-1-hbao", "horizons (hbao-talk)"))?,
+            picture(lab, subject, lab.size, &rays, Show::Ao, ("talk-1-ray-march", "ray marching, 4 rays a direction"))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+fn methods(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sibenik"]);
+    let mut pictures = Vec::new();
+    for method in
+        [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Ssao, Method::Microsphere, Method::Crease]
+    {
+        let name = method.name();
+        let settings = subject.settings(method);
+        pictures.push(picture(lab, subject, small(lab), &settings, Show::Ao, (&format!("method-{name}"), name))?);
+    }
+    Ok(Figure {
+        id: "methods",
+        title: "Every method side by side".into(),
+        text: format!("{}, each with its own defaults.", subject.name),
+        pictures,
+        ..Figure::default()
+    })
+}
