@@ -8,7 +8,7 @@ use crate::cli::picture::{FileFormat, Show, encode};
 use hbao::image::{Image, Texel, metadata, png};
 use hbao::reference::anatomy::Anatomy;
 use hbao::scene::CORNELL_BOX;
-use hbao::settings::{Attenuation, Edges, Jitter, KNOBS, Kind, Method, Snap, Toggle};
+use hbao::settings::{Attenuation, Edges, Jitter, KNOBS, Kind, Method, Radius, Snap, Toggle};
 use hbao::{Apply, Error, Request, Settings};
 use std::f64::consts::FRAC_PI_4;
 
@@ -140,17 +140,17 @@ pub(super) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64, Error> {
 }
 
 /// The flat wall, the corner of a room and the edge of a box, with the solid share that the paper draws.
-pub(super) fn folds() -> Result<[(Subject, f64); 3], Error> {
+pub(super) fn folds(size: (u32, u32)) -> Result<[(Subject, f64); 3], Error> {
     Ok([
-        (scenes::fold("wall", "wall", 0.0)?, 0.5),
-        (scenes::fold("corner", "corner", -FRAC_PI_4)?, 0.75),
-        (scenes::fold("edge", "edge", FRAC_PI_4)?, 0.25),
+        (scenes::fold("wall", "wall", 0.0, size)?, 0.5),
+        (scenes::fold("corner", "corner", -FRAC_PI_4, size)?, 0.75),
+        (scenes::fold("edge", "edge", FRAC_PI_4, size)?, 0.25),
     ])
 }
 
 fn crysis_scenarios(lab: &Lab) -> Result<Figure, Error> {
     let (mut pictures, mut rows) = (Vec::new(), Vec::new());
-    for (subject, solid) in &folds()? {
+    for (subject, solid) in &folds(lab.size)? {
         let settings = Settings { ssao_curve: Toggle::Off, ..subject.settings(Method::Ssao) };
         let caption = format!("{}: open share, without the curve A^2 + A", subject.name);
         let file = format!("6.1.4-{}", subject.key);
@@ -292,9 +292,9 @@ fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
 }
 
 fn snapped_directions(lab: &Lab) -> Result<Figure, Error> {
-    let wall = scenes::fold("wall", "wall", 0.0)?;
     let (size, pixel) = ((160, 120), (80, 60));
-    let base = Settings { directions: 6, steps: 5, ..wall.exact(Method::Hbao) };
+    let wall = scenes::fold("wall", "wall", 0.0, size)?;
+    let base = Settings { radius: Radius::Units(6.0), directions: 6, steps: 5, ..wall.exact(Method::Hbao) };
     let seen = lab.see(&wall, size, &base)?;
     let inputs = seen.inputs();
     let mut drawings = Vec::new();
@@ -330,7 +330,7 @@ pub(super) const BIAS_DEGREES: f64 = 30.0;
 pub(super) const FACETS: u32 = 10;
 
 fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
-    let vault = scenes::vault(FACETS)?;
+    let vault = scenes::vault(FACETS, false)?;
     let settings = |bias: f64| Settings { bias: bias.to_radians(), directions: 16, steps: 16, ..vault.settings(Method::Hbao) };
     let biased = format!("bias {BIAS_DEGREES} degrees");
     Ok(Figure {
@@ -349,14 +349,15 @@ fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
 }
 
 fn angle_bias(lab: &Lab) -> Result<Figure, Error> {
-    let size = (160, 120);
+    let (size, beside) = ((320, 240), (161, 120));
     let mut series = Vec::new();
     for bias in [0.0, 15.0, 30.0, 45.0f64] {
         let mut points = Vec::new();
         for degrees in (0..=90).step_by(6) {
             // Both sides rise by half of the angle, so that one rises over the other's plane by the whole.
-            let subject = scenes::fold("fold", "fold", -f64::from(degrees).to_radians() / 2.0)?;
+            let subject = scenes::fold("fold", "fold", -f64::from(degrees).to_radians() / 2.0, size)?;
             let settings = Settings {
+                radius: Radius::Units(12.0),
                 bias: bias.to_radians(),
                 directions: 16,
                 steps: 16,
@@ -365,7 +366,7 @@ fn angle_bias(lab: &Lab) -> Result<Figure, Error> {
                 ..subject.exact(Method::Hbao)
             };
             let image = lab.render(&subject, size, &settings, Request::default())?.0.ao()?;
-            points.push((f64::from(degrees), 1.0 - f64::from(image.at(81, 60))));
+            points.push((f64::from(degrees), 1.0 - f64::from(image.at(beside.0, beside.1))));
         }
         series.push((format!("bias {bias}\u{b0}"), points));
     }

@@ -139,6 +139,15 @@ impl Seen {
         self.depth.map(f32::is_finite)
     }
 
+    /// How many texels a scene unit covers at depth 1, up and down.
+    pub(super) fn texels_at_depth_1(&self) -> f64 {
+        let half = match self.projection {
+            Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y,
+            Projection::Orthographic { half_height, .. } => half_height,
+        };
+        self.depth.height as f64 / (2.0 * half)
+    }
+
     /// `count` covered pixels at random, from a fixed seed; all where there are fewer.
     pub(super) fn some_covered(&self, count: usize) -> Vec<(usize, usize)> {
         let width = self.depth.width;

@@ -138,7 +138,7 @@ fn claims(claims: &[Claim]) -> Markup {
                             ul { @for found in &claim.found {
                                 li { b { (found.scene) } ": " (found.text) }
                             } }
-                            @if let Some(why) = &claim.unmeasured { p.source { (why) } }
+                            @if let Some(why) = claim.unmeasured.as_ref().filter(|_| claim.found.is_empty()) { p.source { (why) } }
                             @if !claim.note.is_empty() { p.source { (claim.note) } }
                         }
                         td.rule { (claim.rule) }

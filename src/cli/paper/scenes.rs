@@ -27,15 +27,20 @@ fn subject(key: &'static str, name: &str, mesh: Mesh, (eye, target): (DVec3, DVe
 
 /// Two half planes that meet in a vertical line in the middle of the picture, each turned away from the eye by `away`
 /// radians: 0 is a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room.
-pub(super) fn fold(key: &'static str, name: &str, away: f64) -> Result<Subject, Error> {
-    let (high, wide) = (40.0, 60.0);
+///
+/// Seen under 90 degrees across, where the offsets of `ssao`, in widths of the picture across and in 2 P.z in depth, fill a
+/// ball.
+pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -> Result<Subject, Error> {
+    let (high, wide) = (400.0, 400.0);
     let side = |sign: f64| {
         let end = dvec3(sign * wide * away.cos(), 0.0, -wide * away.sin());
         let up = dvec3(0.0, high, 0.0);
         [-up, end - up, end + up, up]
     };
     let mesh = quads([side(-1.0), side(1.0)])?;
-    Ok(subject(key, name, mesh, (dvec3(0.0, 0.0, 30.0), DVec3::ZERO), 3.0))
+    let mut fold = subject(key, name, mesh, (dvec3(0.0, 0.0, 30.0), DVec3::ZERO), 3.0);
+    fold.view.lens = Some(Lens::FovY(2.0 * (f64::from(size.1) / f64::from(size.0)).atan()));
+    Ok(fold)
 }
 
 /// A floor, seen at a slant, that fills the picture.
@@ -67,17 +72,34 @@ pub(super) fn pit() -> Result<Subject, Error> {
     Ok(pit)
 }
 
-/// The inside of a half pipe with `facets` flat strips over its half circle, seen along its length: a round vault of low
-/// tessellation, whose every facet makes a crease of PI / facets with the next.
-pub(super) fn vault(facets: u32) -> Result<Subject, Error> {
+/// The inside of a half pipe with `facets` flat strips over its half circle, seen from straight below or along its length:
+/// a round vault of low tessellation, whose every facet makes a crease of PI / facets with the next.
+pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
     let (radius, long) = (4.0, 30.0);
     let at = |i: u32, z: f64| {
         let angle = PI * f64::from(i) / f64::from(facets);
         dvec3(radius * angle.cos(), radius * angle.sin(), z)
     };
     let mesh = quads((0..facets).map(|i| [at(i, 4.0), at(i + 1, 4.0), at(i + 1, -long), at(i, -long)]))?;
-    let view = (dvec3(0.0, 0.8, 3.0), dvec3(0.0, 2.2, -8.0));
-    Ok(subject("vault", &format!("vault of {facets} facets"), mesh, view, 1.5))
+    let (view, name) = if along {
+        ((dvec3(0.0, 0.8, 3.0), dvec3(0.0, 2.2, -8.0)), "seen along its length")
+    } else {
+        ((dvec3(0.0, 0.4, -13.0), dvec3(0.0, 4.0, -13.0)), "seen from below")
+    };
+    let mut vault = subject("vault", &format!("vault of {facets} facets, {name}"), mesh, view, 1.5);
+    vault.view.up = Some(if along { DVec3::Y } else { DVec3::Z });
+    Ok(vault)
+}
+
+/// Two planes that meet at a right angle in a valley, as steep to both sides, seen from far above.
+pub(super) fn valley() -> Result<Subject, Error> {
+    let (wide, long) = (40.0, 200.0);
+    let side = |sign: f64| {
+        [dvec3(0.0, 0.0, -long), dvec3(0.0, 0.0, long), dvec3(sign * wide, wide, long), dvec3(sign * wide, wide, -long)]
+    };
+    let mut valley = subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 2.0);
+    valley.view.up = Some(DVec3::NEG_Z);
+    Ok(valley)
 }
 
 /// A ball of `facets` facets about its axis and half as many from pole to pole. It is convex: every facet is open.

@@ -110,7 +110,7 @@ fn blur_ms(times: &[PassTime]) -> f64 {
 
 /// What is left of the jitter: the root of the mean variance over the 4x4 pixels of a tile, of tiles that lie on one
 /// smooth surface.
-fn noise(image: &Image<f32>, depth: &Image<f32>) -> f64 {
+pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> f64 {
     let (mut sum, mut count) = (0.0, 0usize);
     for y in (0..image.height / 4 * 4).step_by(4) {
         for x in (0..image.width / 4 * 4).step_by(4) {
@@ -216,24 +216,18 @@ fn halved(image: &Image<f32>) -> Image<f32> {
 fn supersampled_edges(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
     let bound = at_most(0.5, 0.85);
     let mut found = Vec::new();
-    let mut left_out = None;
     for subject in lab.data_sets() {
-        match bleeding(lab, subject)? {
-            Some((plain, supersampled, edges)) => {
-                let text = format!(
-                    "mean error on {edges} edge pixels {plain:.4} by the plain blur, {supersampled:.4} by the supersampling \
-                     one"
-                );
-                found.push(bound.found(&subject.name, supersampled / plain, text));
-            }
-            None => left_out = Some("no view has pixels of several surfaces, or the driver has one sample a pixel".into()),
-        }
+        let Some((plain, supersampled, edges)) = bleeding(lab, subject)? else { continue };
+        let text = format!(
+            "mean error on {edges} edge pixels {plain:.4} by the plain blur, {supersampled:.4} by the supersampling one"
+        );
+        found.push(bound.found(&subject.name, supersampled / plain, text));
     }
     Ok(Claim {
         id: "edge-supersampling",
         says: "The plain blur bleeds at silhouettes; supersampled around each depth sample of edge pixels it does so less.",
         source: "6.2, Multisample antialiasing; Figure 6.2.15",
-        unmeasured: left_out.filter(|_| found.is_empty()),
+        unmeasured: Some("no view has pixels of several surfaces, or the driver has one sample a pixel".into()),
         found,
         rule: bound.rule("mean error on edge pixels over that of the plain blur", percent),
         note: "Against the same at twice the size with a blur of as many eye-space units, averaged over 2x2.".into(),
