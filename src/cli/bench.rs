@@ -22,7 +22,8 @@ const EXPLANATION: &str = "\
 The parts of --only:
   table    Table 6.2.1: whole frames at half resolution, 1x and 4x, with a blur of 9 and more and more samples
   figure1  Figure 1 of the talk: each method's pass alone, against the least that its fetches take
-  crysis   16 samples and their blur at 1280x720, with depth at full size and at half, by matrix and by mirror
+  crysis   16 samples and their blur at 1280x720, with depth at full size and at half (with what makes it), by mirror
+           in place of a matrix
   scaling  hbao by pixels, samples and triangles, with the power fitted to each; every triangle is cut in 4, repeatedly
 
 Times are medians over interleaved runs, with the farthest of them in percent, by the driver's timer query where it has one, after a first run that compiles

@@ -397,7 +397,7 @@ mod tests {
                 Kind::Degrees(..) | Kind::Positive | Kind::Length => "2.5".into(),
                 Kind::OneOf(values) => values[values.len() - 1].to_string(),
                 Kind::Switch => "true".into(),
-                Kind::Word(words) => words[1].into(),
+                Kind::Word(words) => words.iter().find(|word| **word != knob.text(&base)).unwrap().to_string(),
             };
             let mut changed = base.clone();
             knob.set(&mut changed, &other).unwrap();

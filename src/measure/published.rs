@@ -6,7 +6,7 @@ use crate::settings::Method;
 /// What the columns of [`TABLE_6_2_1`] are of: first the frame without either, then with the blur over A = 1, then with
 /// so many directions of so many steps.
 pub const COLUMNS: [&str; 5] = ["no AO/no blur", "no AO", "4/4", "8/8", "16/16"];
-/// The column of all else in the papers.
+/// The column with the samples of the talk's figure.
 pub const EIGHT: usize = 3;
 
 /// One card's row of [`TABLE_6_2_1`].
