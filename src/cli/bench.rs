@@ -26,12 +26,12 @@ The parts of --only:
            in place of a matrix
   scaling  hbao by pixels, samples and triangles, with the power fitted to each; every triangle is cut in 4, repeatedly
 
-Times are medians over interleaved runs, with the farthest of them in percent, by the driver's timer query where it has one, after a first run that compiles
-the shaders. The floor is the AO shader with every fetch of depth, in which the arithmetic after each is replaced by
-a sum. Beside them stand the papers' figures of 2008. Methods, samples and blurs are the papers' own; of the settings,
-those that are said to have no effect have none. --size is that of table and figure1; scaling goes from a quarter of its
-width to twice. The machine should have nothing else to do; LP_NUM_THREADS=1 keeps llvmpipe to one thread, and
-MESA_SHADER_CACHE_DISABLE=true has it compile every time.
+Times are medians over interleaved runs, by the driver's timer query where it has one, after a first run that compiles
+the shaders; in percent, how far from it the farthest run was. The floor is the AO shader with every fetch of depth, in
+which the arithmetic after each is replaced by a sum. Beside them stand the papers' figures of 2008. Methods, samples
+and blurs are the papers' own: settings that would change them are said to have no effect. --size is that of table and
+figure1; scaling goes from a quarter of its width to twice. The machine should have nothing else to do; LP_NUM_THREADS=1
+keeps llvmpipe to one thread, and MESA_SHADER_CACHE_DISABLE=true has it compile every time.
 
 Examples:
   hbao bench
