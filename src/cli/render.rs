@@ -104,6 +104,7 @@ impl Wanted {
             raw: self.show == Show::AoRaw || self.dump.is_some(),
             edges: self.show == Show::Edges || self.dump.is_some(),
             timings: self.timings.is_some(),
+            ..Request::default()
         }
     }
 
