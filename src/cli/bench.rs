@@ -174,7 +174,7 @@ fn notices_of(row: &Row) -> Vec<String> {
 }
 
 /// A number in so many places, or a dash where there is none.
-fn number(x: f64, places: usize) -> String {
+pub(crate) fn number(x: f64, places: usize) -> String {
     if x.is_finite() { format!("{x:.places$}") } else { "-".into() }
 }
 
@@ -183,7 +183,7 @@ fn spread(times: &[f64]) -> (f64, f64) {
 }
 
 /// The median in milliseconds, and how far from it the farthest run was; a dash where no pass was to be timed.
-fn with_spread(times: &[f64]) -> String {
+pub(crate) fn with_spread(times: &[f64]) -> String {
     let ((low, high), middle) = (spread(times), median(times));
     let farthest = (high - middle).max(middle - low) / middle * 100.0;
     match times.len() {
@@ -194,11 +194,11 @@ fn with_spread(times: &[f64]) -> String {
     }
 }
 
-fn size_of(case: &Case) -> String {
+pub(crate) fn size_of(case: &Case) -> String {
     format!("{}x{}", case.size.0, case.size.1)
 }
 
-fn samples_of(case: &Case) -> String {
+pub(crate) fn samples_of(case: &Case) -> String {
     match case.samples() {
         [1, 1, samples] => samples.to_string(),
         [directions, 1, steps] => format!("{directions} x {steps}"),
@@ -207,7 +207,7 @@ fn samples_of(case: &Case) -> String {
 }
 
 /// A mode of the table in words.
-fn mode_in_words(mode: &str) -> &'static str {
+pub(crate) fn mode_in_words(mode: &str) -> &'static str {
     match mode {
         "half" => "half resolution",
         "msaa1" => "1x MSAA",
@@ -302,7 +302,7 @@ const SERIES: [(&str, [(&str, Times); 2]); 3] = [
 ];
 
 /// The series, what of it, and the power of what it goes along.
-fn exponents(rows: &[Row]) -> Vec<(&'static str, &'static str, Option<f64>)> {
+pub(crate) fn exponents(rows: &[Row]) -> Vec<(&'static str, &'static str, Option<f64>)> {
     let fitted = |series: &str, times: Times| {
         let of = rows.iter().filter(|row| row.case.mode == "scaling" && row.case.column == series);
         exponent(&of.map(|row| (row.along(), median(times(row)))).collect::<Vec<_>>())
@@ -351,7 +351,7 @@ fn in_words(ratios: &[Ratio]) -> String {
     if ratios.is_empty() { text } else { text + "\n" }
 }
 
-fn as_json(row: &Row) -> Value {
+pub(crate) fn as_json(row: &Row) -> Value {
     let case = &row.case;
     let [directions, rays, steps] = case.samples();
     let mut spreads = serde_json::Map::new();
@@ -397,7 +397,7 @@ fn as_json(row: &Row) -> Value {
     })
 }
 
-fn ratio_as_json(ratio: &Ratio) -> Value {
+pub(crate) fn ratio_as_json(ratio: &Ratio) -> Value {
     let papers: serde_json::Map<_, _> = ratio.papers.iter().map(|&(card, x)| (card.to_string(), json!(x))).collect();
     json!({ "ratio": ratio.what, "here": ratio.ours, "papers": papers })
 }

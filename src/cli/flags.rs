@@ -81,10 +81,7 @@ pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) 
 /// The shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
-    let mut all = vec![
-        Arg::new("scene").value_name("SCENE").help(scene),
-        size_argument(),
-    ];
+    let mut all = vec![Arg::new("scene").value_name("SCENE").help(scene), size_argument()];
     all.extend(
         [
             signed("eye", "X,Y,Z", "Where the eye stands [default: the scene's own, or the whole scene is framed]"),

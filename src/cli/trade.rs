@@ -136,7 +136,7 @@ fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
     ]
 }
 
-fn as_json(row: &Row) -> serde_json::Value {
+pub(crate) fn as_json(row: &Row) -> serde_json::Value {
     serde_json::Value::Object(fields(row).into_iter().map(|(name, value)| (name.to_string(), value)).collect())
 }
 

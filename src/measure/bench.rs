@@ -222,8 +222,8 @@ impl Row {
 }
 
 /// Measures cases in `runs` rounds through all of them, so that what slows the machine down for a while falls on all
-/// alike, after a first round that compiles the shaders and is not counted. `progress` is called after each frame. Everything that the cases need is held at once, with one G-buffer for all that
-/// agree on it.
+/// alike, after a first round that compiles the shaders and is not counted. `progress` is called after each frame.
+/// Everything that the cases need is held at once, with one G-buffer for all that agree on it.
 ///
 /// # Errors
 /// What the driver refuses, or the camera.

@@ -141,7 +141,7 @@ fn defines(settings: &Settings, variant: Variant) -> Defines {
 /// as it is, which takes llvmpipe 1.6 times as long a step; what is written out needs no unrolling.
 fn each_step(steps: u32) -> String {
     /// More are a loop over so many or fewer, lest shaders grow without end.
-    const MOST: u32 = 64;
+    const MOST: u32 = 32;
     let call = |i: &str| format!("step({i}) ");
     let loops = steps.div_ceil(MOST);
     if loops == 1 {

@@ -22,7 +22,10 @@ pub(super) struct Axes {
     pub(super) logarithmic: bool,
 }
 
-fn svg(size: (u32, u32), draw: impl FnOnce(&DrawingArea<SVGBackend, plotters::coord::Shift>) -> Drawn) -> Result<String, Error> {
+fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&DrawingArea<SVGBackend, plotters::coord::Shift>) -> Drawn,
+) -> Result<String, Error> {
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
@@ -63,11 +66,8 @@ where
     X::CoordDescType: ValueFormatter<f64>,
     Y::CoordDescType: ValueFormatter<f64>,
 {
-    let mut chart = ChartBuilder::on(root)
-        .margin(12)
-        .x_label_area_size(48)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x, y)?;
+    let mut chart =
+        ChartBuilder::on(root).margin(12).x_label_area_size(48).y_label_area_size(64).build_cartesian_2d(x, y)?;
     let short = |value: &f64| {
         let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
         let text = format!("{value:.digits$}");
@@ -132,9 +132,11 @@ pub(super) fn texels(directions: &[Vec<(f64, f64)>], turn: f64) -> Result<String
             let angle = turn + std::f64::consts::TAU * k as f64 / directions.len() as f64;
             let end = (reach * angle.cos(), reach * angle.sin());
             chart.draw_series([PathElement::new([(0.0, 0.0), end], LIGHT.stroke_width(1))])?;
-            chart.draw_series(samples.iter().map(|&(x, y)| {
-                Rectangle::new([(x - 0.5, y - 0.5), (x + 0.5, y + 0.5)], DARK.mix(0.75).filled())
-            }))?;
+            chart.draw_series(
+                samples
+                    .iter()
+                    .map(|&(x, y)| Rectangle::new([(x - 0.5, y - 0.5), (x + 0.5, y + 0.5)], DARK.mix(0.75).filled())),
+            )?;
         }
         chart.draw_series([Rectangle::new([(-0.5, -0.5), (0.5, 0.5)], DARK.stroke_width(2))])?;
         Ok(())

@@ -46,12 +46,7 @@ impl Subject {
 
     /// The same with one sample a pixel and no 8-bit targets: what is left is the method's own.
     pub(super) fn exact(&self, method: Method) -> Settings {
-        Settings {
-            msaa: 1,
-            ao_format: AoFormat::R32f,
-            normal_format: NormalFormat::Rgba16f,
-            ..self.settings(method)
-        }
+        Settings { msaa: 1, ao_format: AoFormat::R32f, normal_format: NormalFormat::Rgba16f, ..self.settings(method) }
     }
 }
 
@@ -182,7 +177,7 @@ pub(super) struct Traced {
 pub(super) struct Lab<'a> {
     pub(super) gl: &'a Arc<glow::Context>,
     pub(super) size: (u32, u32),
-    rays: u32,
+    pub(super) rays: u32,
     subjects: Vec<Subject>,
     /// A line for each model that is not there.
     pub(super) missing: Vec<String>,
@@ -240,11 +235,20 @@ impl<'a> Lab<'a> {
         found.unwrap_or(&self.subjects[0])
     }
 
+    /// Sibenik, or the nave in its place.
+    pub(super) fn church(&self) -> &Subject {
+        self.first_of(&["sibenik"])
+    }
+
+    /// Half the width and height: of pictures of which there are many, and of images that are traced whole.
+    pub(super) fn small(&self) -> (u32, u32) {
+        (self.size.0.div_ceil(2), self.size.1.div_ceil(2))
+    }
+
     /// The papers' data sets, as far as they are at hand: Sibenik, in whose place the nave stands in, the Dragon, and the
     /// Cornell box.
     pub(super) fn data_sets(&self) -> Vec<&Subject> {
-        let church = self.first_of(&["sibenik"]);
-        [Some(church), self.subject("dragon"), self.subject(CORNELL_BOX)].into_iter().flatten().collect()
+        [Some(self.church()), self.subject("dragon"), self.subject(CORNELL_BOX)].into_iter().flatten().collect()
     }
 
     /// Renders, and returns what holds the images, and what the passes took where that was asked for.

@@ -43,6 +43,7 @@ pub(crate) fn command() -> Command {
         flags::path("models", "DIR", "Where the papers' models lie"),
         flags::size_argument(),
         flags::truth_rays(),
+        flags::valued("runs", "N", "Counted runs of what is timed [1 to 1000; default: 3]"),
         flags::backend_argument(),
     ];
     Command::new("paper").about("Regenerate the papers' figures, tables and claims").args(own).after_help(EXPLANATION)
@@ -54,6 +55,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let models = matches.get_one::<PathBuf>("models").cloned();
     let size = flags::read_size(matches)?;
     let rays = flags::read_truth_rays(matches)?;
+    let runs = flags::read_runs(matches, 3)?;
     let backend = flags::read_backend(matches)?;
     if let Some(models) = models.as_ref().filter(|models| !models.is_dir()) {
         return Err(Error::Usage(format!("--models {}: no such folder", models.display())));
@@ -69,14 +71,16 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let lab = Lab::open(gl, size, rays, models.as_deref())?;
     lab.missing.iter().for_each(|line| say(line));
 
-    let tables = Tables {};
+    let progress = bar(Tables::frames(&lab, runs) as u64, "frames timed");
+    let tables = Tables::measure(&lab, runs, || progress.inc(1))?;
+    progress.finish_and_clear();
     let tests: Vec<claims::Test> = claims::all().collect();
     let progress = bar((figures::ALL.len() + tests.len()) as u64, "figures and claims");
     let mut report = Report {
         about: Vec::new(),
         missing: lab.missing.clone(),
         claims: Vec::new(),
-        measures: Vec::new(),
+        measures: tables.figures()?,
         figures: Vec::new(),
     };
     for test in tests {
@@ -108,9 +112,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut outputs = Outputs::new();
     for figure in report.measures.iter().chain(&report.figures) {
         figure.pictures.iter().try_for_each(|picture| outputs.stage(output.join(&picture.file), &picture.png))?;
-        figure.drawings.iter().try_for_each(|drawing| outputs.stage(output.join(&drawing.file), drawing.svg.as_bytes()))?;
+        figure
+            .drawings
+            .iter()
+            .try_for_each(|drawing| outputs.stage(output.join(&drawing.file), drawing.svg.as_bytes()))?;
     }
-    outputs.stage(output.join(FIGURES), format!("{:#}\n", figures_of(&report, &renderer, size)).as_bytes())?;
+    outputs.stage(output.join(FIGURES), format!("{:#}\n", figures_of(&report, &tables, &renderer, size)).as_bytes())?;
     outputs.stage(output.join(PAGE), page::html(&report).as_bytes())?;
     outputs.commit()?;
     made.keep();
@@ -119,7 +126,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 }
 
 /// What the page says in numbers.
-fn figures_of(report: &Report, renderer: &str, size: (u32, u32)) -> serde_json::Value {
+fn figures_of(report: &Report, tables: &Tables, renderer: &str, size: (u32, u32)) -> serde_json::Value {
     let claims = report.claims.iter().map(|claim| {
         let found = claim.found.iter().map(|found| {
             json!({
@@ -143,5 +150,6 @@ fn figures_of(report: &Report, renderer: &str, size: (u32, u32)) -> serde_json::
         "size": [size.0, size.1],
         "missing": report.missing,
         "claims": claims.collect::<Vec<_>>(),
+        "tables": tables.json(),
     })
 }

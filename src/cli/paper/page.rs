@@ -123,7 +123,11 @@ fn anchor(figure: &Figure) -> String {
 }
 
 fn label(figure: &Figure) -> String {
-    if figure.id.starts_with(|c: char| c.is_ascii_digit()) { format!("Figure {}", figure.id) } else { figure.title.clone() }
+    if figure.id.starts_with(|c: char| c.is_ascii_digit()) {
+        format!("Figure {}", figure.id)
+    } else {
+        figure.title.clone()
+    }
 }
 
 fn claims(claims: &[Claim]) -> Markup {

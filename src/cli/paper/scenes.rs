@@ -16,12 +16,8 @@ fn quads(quads: impl IntoIterator<Item = [DVec3; 4]>) -> Result<Mesh, Error> {
 }
 
 fn subject(key: &'static str, name: &str, mesh: Mesh, (eye, target): (DVec3, DVec3), radius: f64) -> Subject {
-    let view = View {
-        eye: Some(eye),
-        target: Some(target),
-        lens: Some(Lens::FovY(40f64.to_radians())),
-        ..View::default()
-    };
+    let view =
+        View { eye: Some(eye), target: Some(target), lens: Some(Lens::FovY(40f64.to_radians())), ..View::default() };
     Subject { name: name.into(), key, mesh: Rc::new(mesh), view, radius, arguments: None }
 }
 
@@ -97,7 +93,8 @@ pub(super) fn valley() -> Result<Subject, Error> {
     let side = |sign: f64| {
         [dvec3(0.0, 0.0, -long), dvec3(0.0, 0.0, long), dvec3(sign * wide, wide, long), dvec3(sign * wide, wide, -long)]
     };
-    let mut valley = subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 2.0);
+    let mut valley =
+        subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 2.0);
     valley.view.up = Some(DVec3::NEG_Z);
     Ok(valley)
 }
@@ -120,7 +117,8 @@ pub(super) fn ball(facets: u32) -> Result<Subject, Error> {
     for j in 0..rings {
         for i in 0..facets {
             let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
-            triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[0] != t[2]));
+            triangles
+                .extend([[a, b, c], [a, c, d]].into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[0] != t[2]));
         }
     }
     let mesh = Mesh::new(positions, triangles)?;

@@ -2,7 +2,7 @@
 
 use super::targets::noise;
 use super::{Claim, Test, at_least, at_most, decimal, percent, steps};
-use crate::cli::paper::figures::{folds, open_share};
+use crate::cli::paper::figures::crysis::{folds, open_share};
 use crate::cli::paper::lab::{Lab, compare};
 use crate::cli::paper::scenes;
 use crate::cli::paper::tables::Tables;
@@ -44,7 +44,8 @@ fn pattern_vanishes(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
     let mut found = Vec::new();
     for wall in [scenes::fold("wall", "wall", 0.0, lab.size)?, scenes::floor()?] {
         let depth = lab.see(&wall, lab.size, &wall.exact(Method::Ssao))?.depth;
-        let left = |blur| Ok::<_, Error>(noise(&lab.ao(&wall, &Settings { blur, ..wall.exact(Method::Ssao) })?, &depth));
+        let left =
+            |blur| Ok::<_, Error>(noise(&lab.ao(&wall, &Settings { blur, ..wall.exact(Method::Ssao) })?, &depth));
         let (before, after) = (left(0)?, left(9)?);
         let text = format!("noise of {} before the blur, {} after", steps(before), steps(after));
         found.push(bound.found(&wall.name, after, text));
@@ -150,10 +151,11 @@ fn beyond_the_border(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
             (near(x, width) || near(y, height)) && depth.at(x + margin, y + margin).is_finite()
         });
         let off = strip.texels.iter().zip(cut.texels.iter().zip(&clamped.texels));
-        let (strip_pixels, wrong) = off.filter(|(in_strip, _)| **in_strip).fold((0usize, 0usize), |(n, w), (_, (a, b))| {
-            (n + 1, w + usize::from(f64::from((a - b).abs()) > VISIBLE))
-        });
-        let mut text = format!("{} of the depths within {} of the border are like those at it", percent(share), percent(SHARE));
+        let (strip_pixels, wrong) = off
+            .filter(|(in_strip, _)| **in_strip)
+            .fold((0usize, 0usize), |(n, w), (_, (a, b))| (n + 1, w + usize::from(f64::from((a - b).abs()) > VISIBLE)));
+        let mut text =
+            format!("{} of the depths within {} of the border are like those at it", percent(share), percent(SHARE));
         if strip_pixels > 0 {
             let errors = compare(&clamped, &cut, &strip)?;
             text += &format!(
@@ -174,7 +176,8 @@ fn beyond_the_border(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
             &format!("the share of texels beyond the border whose depth is within {} of the border's", percent(ALIKE)),
             percent,
         ),
-        note: "Against a picture rendered wider on all sides; the effect on A is that of hbao with its defaults.".into(),
+        note: "Against a picture rendered wider on all sides; the effect on A is that of hbao with its defaults."
+            .into(),
         ..Claim::default()
     })
 }

@@ -62,9 +62,10 @@ fn tangents(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         source: "6.2, Eye-space tangent vectors",
         found,
         rule: bound.rule("the largest difference of the sine of elevation", steps),
-        note: "They are one direction: the equation's vector lies in the tangent plane and above its own texel offset. \
+        note:
+            "They are one direction: the equation's vector lies in the tangent plane and above its own texel offset. \
                Only its length is linearised, and no length is used."
-            .into(),
+                .into(),
         ..Claim::default()
     })
 }
@@ -159,7 +160,8 @@ fn vertex_normals(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
             Ok(compare(&image, &image.map(|_| 1.0), &seen.covered())?.rmse)
         };
         let (derivative, vertex) = (open(Normals::Derivative)?, open(Normals::Vertex)?);
-        let text = format!("false occlusion of {derivative:.4} RMS with derivative normals, {vertex:.4} with vertex normals");
+        let text =
+            format!("false occlusion of {derivative:.4} RMS with derivative normals, {vertex:.4} with vertex normals");
         let mut one = bound.found(&ball.name, vertex / derivative.max(1e-6), text);
         // Large triangles are where it should be seen most.
         if vertex > last {
@@ -174,10 +176,8 @@ fn vertex_normals(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                large triangles; normals by derivatives do not.",
         source: "6.2, Per-pixel normals",
         found,
-        rule: bound.rule(
-            "false occlusion of a convex ball by vertex normals over that by derivative normals",
-            times,
-        ) + "; does not hold where finer facets have more of it",
+        rule: bound.rule("false occlusion of a convex ball by vertex normals over that by derivative normals", times)
+            + "; does not hold where finer facets have more of it",
         ..Claim::default()
     })
 }

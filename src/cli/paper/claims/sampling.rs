@@ -188,7 +188,8 @@ fn more_samples(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         says: "More samples bring out more of the subtle detail: 16/16 more than 8/8, that more than 4/4.",
         source: "6.2, Results; Figure 6.2.16",
         found,
-        rule: bound.rule("RMSE with 16/16 over that with 4/4", percent) + "; does not hold where it does not fall each time",
+        rule: bound.rule("RMSE with 16/16 over that with 4/4", percent)
+            + "; does not hold where it does not fall each time",
         note: "Blur 9x9 for all.".into(),
         ..Claim::default()
     })

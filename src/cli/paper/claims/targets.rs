@@ -115,12 +115,20 @@ pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> f64 {
     for y in (0..image.height / 4 * 4).step_by(4) {
         for x in (0..image.width / 4 * 4).step_by(4) {
             let of = |i: usize| (x + i % 4, y + i / 4);
-            let depths = (0..16).map(|i| { let (x, y) = of(i); f64::from(depth.at(x, y)) });
+            let depths = (0..16).map(|i| {
+                let (x, y) = of(i);
+                f64::from(depth.at(x, y))
+            });
             let (near, far) = depths.fold((f64::INFINITY, 0.0f64), |(near, far), z| (near.min(z), far.max(z)));
             if far.is_infinite() || far - near > 0.02 * near {
                 continue;
             }
-            let values: Vec<f64> = (0..16).map(|i| { let (x, y) = of(i); f64::from(image.at(x, y)) }).collect();
+            let values: Vec<f64> = (0..16)
+                .map(|i| {
+                    let (x, y) = of(i);
+                    f64::from(image.at(x, y))
+                })
+                .collect();
             let mean = values.iter().sum::<f64>() / 16.0;
             sum += values.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 16.0;
             count += 1;

@@ -1,8 +1,10 @@
 //! The papers' figures, rendered again.
 
+pub(super) mod crysis;
+
 use super::drawing::{self, Axes};
 use super::lab::{Lab, Subject};
-use super::page::{Drawing, Figure, Picture, Table};
+use super::page::{Drawing, Figure, Picture};
 use super::scenes;
 use crate::cli::picture::{FileFormat, Show, encode};
 use hbao::image::{Image, Texel, metadata, png};
@@ -10,18 +12,17 @@ use hbao::reference::anatomy::Anatomy;
 use hbao::scene::CORNELL_BOX;
 use hbao::settings::{Attenuation, Edges, Jitter, KNOBS, Kind, Method, Radius, Snap, Toggle};
 use hbao::{Apply, Error, Request, Settings};
-use std::f64::consts::FRAC_PI_4;
 
 /// A figure's maker.
 pub(super) type Make = fn(&Lab) -> Result<Figure, Error>;
 
 /// In the papers' order.
 pub(super) const ALL: [Make; 16] = [
-    crysis_game_scene,
-    crysis_scenarios,
-    crysis_edges,
-    crysis_without_rotation,
-    crysis_blur,
+    crysis::game_scene,
+    crysis::scenarios,
+    crysis::edges,
+    crysis::without_rotation,
+    crysis::blur,
     first_picture,
     attenuation,
     hidden_sample,
@@ -111,126 +112,6 @@ fn grey(image: &Image<f32>) -> Image<u8> {
     image.map(|a| (255.0 * a).round() as u8)
 }
 
-/// The size of pictures of which a figure has many.
-fn small(lab: &Lab) -> (u32, u32) {
-    ((lab.size.0 / 2).max(1), (lab.size.1 / 2).max(1))
-}
-
-fn crysis_game_scene(lab: &Lab) -> Result<Figure, Error> {
-    let subject = lab.first_of(&["sponza", "sibenik"]);
-    let settings = subject.settings(Method::Ssao);
-    let caption = format!("{}, visibility by ssao, 16 samples and its 4x4 blur", subject.name);
-    Ok(Figure {
-        id: "6.1.1",
-        title: "Crysis' ambient occlusion of a game scene".into(),
-        text: "The paper shows a scene of the game, which nobody else has; this is another.".into(),
-        pictures: vec![picture(lab, subject, lab.size, &settings, Show::Ao, ("6.1.1", &caption))?],
-        ..Figure::default()
-    })
-}
-
-/// The share of open space of `ssao` in the middle of a fold, before the curve and the blur.
-pub(super) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64, Error> {
-    let settings = Settings { ssao_curve: Toggle::Off, ..subject.exact(Method::Ssao) };
-    let image = lab.ao(subject, &settings)?;
-    // Four by four pixels, each residue of the tile once, about the middle.
-    let (x, y) = (image.width / 2, image.height / 2);
-    let window = (0..16).map(|i| f64::from(image.at((x + i % 4).saturating_sub(2), (y + i / 4).saturating_sub(2))));
-    Ok(window.sum::<f64>() / 16.0)
-}
-
-/// The flat wall, the corner of a room and the edge of a box, with the solid share that the paper draws.
-pub(super) fn folds(size: (u32, u32)) -> Result<[(Subject, f64); 3], Error> {
-    Ok([
-        (scenes::fold("wall", "wall", 0.0, size)?, 0.5),
-        (scenes::fold("corner", "corner", -FRAC_PI_4, size)?, 0.75),
-        (scenes::fold("edge", "edge", FRAC_PI_4, size)?, 0.25),
-    ])
-}
-
-fn crysis_scenarios(lab: &Lab) -> Result<Figure, Error> {
-    let (mut pictures, mut rows) = (Vec::new(), Vec::new());
-    for (subject, solid) in &folds(lab.size)? {
-        let settings = Settings { ssao_curve: Toggle::Off, ..subject.settings(Method::Ssao) };
-        let caption = format!("{}: open share, without the curve A^2 + A", subject.name);
-        let file = format!("6.1.4-{}", subject.key);
-        pictures.push(picture(lab, subject, small(lab), &settings, Show::Ao, (&file, &caption))?);
-        rows.push(vec![
-            subject.name.clone(),
-            format!("{solid:.2}"),
-            format!("{:.3}", 1.0 - open_share(lab, subject)?),
-        ]);
-    }
-    Ok(Figure {
-        id: "6.1.4",
-        title: "Wall, corner and edge".into(),
-        text: "The solid share of the space about a point on a wall, in a corner of two walls, and on an edge of two \
-               faces, each at right angles."
-            .into(),
-        pictures,
-        tables: vec![Table {
-            caption: "Solid share".into(),
-            head: ["scene", "paper", "found"].map(String::from).into(),
-            rows,
-            ..Table::default()
-        }],
-        ..Figure::default()
-    })
-}
-
-fn crysis_edges(lab: &Lab) -> Result<Figure, Error> {
-    let subject = lab.first_of(&[CORNELL_BOX]);
-    let brighter = subject.settings(Method::Ssao);
-    let by_normals = Settings { ssao_normals: Toggle::On, ..brighter.clone() };
-    Ok(Figure {
-        id: "6.1.5",
-        title: "Edges brighter than the faces they join".into(),
-        text: "The paper leaves them so, since they help to recognize shapes. With normals, which it proposes as future \
-               work, half of the samples are no longer behind the surface, and flat faces are open."
-            .into(),
-        pictures: vec![
-            picture(lab, subject, lab.size, &brighter, Show::Ao, ("6.1.5", "ssao as in Crysis"))?,
-            picture(lab, subject, lab.size, &by_normals, Show::Ao, ("6.1.5-normals", "ssao with normals"))?,
-        ],
-        ..Figure::default()
-    })
-}
-
-fn crysis_without_rotation(lab: &Lab) -> Result<Figure, Error> {
-    let subject = lab.first_of(&["sponza", "sibenik"]);
-    let settings = Settings { jitter: Jitter::None, blur: 0, ..subject.settings(Method::Ssao) };
-    Ok(Figure {
-        id: "6.1.6",
-        title: "Without random rotation of the kernel".into(),
-        text: "Sixteen samples at the same offsets for all pixels: shapes are seen again as ghosts beside themselves.".into(),
-        pictures: vec![picture(
-            lab,
-            subject,
-            lab.size,
-            &settings,
-            Show::Ao,
-            ("6.1.6", &format!("{}, 16 samples, no rotation, no blur", subject.name)),
-        )?],
-        ..Figure::default()
-    })
-}
-
-fn crysis_blur(lab: &Lab) -> Result<Figure, Error> {
-    let subject = lab.first_of(&["sponza", "sibenik"]);
-    let on = subject.settings(Method::Ssao);
-    let off = Settings { blur: 0, ..on.clone() };
-    Ok(Figure {
-        id: "6.1.7",
-        title: "The 4x4 blur off and on".into(),
-        text: "Rotations repeat every 4x4 pixels, so that a mean over 4x4 pixels of like depth meets each once.".into(),
-        pictures: vec![
-            picture(lab, subject, lab.size, &off, Show::Ao, ("6.1.7-off", "blur off"))?,
-            picture(lab, subject, lab.size, &on, Show::Ao, ("6.1.7-on", "blur on"))?,
-        ],
-        ..Figure::default()
-    })
-}
-
 fn first_picture(lab: &Lab) -> Result<Figure, Error> {
     let subject = lab.first_of(&["sibenik"]);
     let settings = Settings { directions: 16, steps: 16, ..subject.settings(Method::Hbao) };
@@ -266,7 +147,7 @@ fn attenuation(lab: &Lab) -> Result<Figure, Error> {
 
 fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
     let pit = scenes::pit()?;
-    let size = small(lab);
+    let size = lab.small();
     let methods = [
         (Method::Ssao, "ssao: points above the rim's far side count as open"),
         (Method::Hbao, "hbao: the horizon stays at the rim"),
@@ -318,7 +199,8 @@ fn snapped_directions(lab: &Lab) -> Result<Figure, Error> {
     Ok(Figure {
         id: "6.2.10",
         title: "Snapped directions".into(),
-        text: "The texels that one pixel of a wall reads, 6 directions of 5 steps; lines are the directions meant.".into(),
+        text: "The texels that one pixel of a wall reads, 6 directions of 5 steps; lines are the directions meant."
+            .into(),
         drawings,
         ..Figure::default()
     })
@@ -331,18 +213,16 @@ pub(super) const FACETS: u32 = 10;
 
 fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
     let vault = scenes::vault(FACETS, false)?;
-    let settings = |bias: f64| Settings { bias: bias.to_radians(), directions: 16, steps: 16, ..vault.settings(Method::Hbao) };
+    let settings =
+        |bias: f64| Settings { bias: bias.to_radians(), directions: 16, steps: 16, ..vault.settings(Method::Hbao) };
     let biased = format!("bias {BIAS_DEGREES} degrees");
     Ok(Figure {
         id: "6.2.13",
         title: "Creases of low tessellation".into(),
-        text: format!(
-            "The inside of a round vault of {FACETS} flat strips, which meet at {} degrees.",
-            180 / FACETS
-        ),
+        text: format!("The inside of a round vault of {FACETS} flat strips, which meet at {} degrees.", 180 / FACETS),
         pictures: vec![
-            picture(lab, &vault, small(lab), &settings(0.0), Show::Ao, ("6.2.13-a", "bias 0"))?,
-            picture(lab, &vault, small(lab), &settings(BIAS_DEGREES), Show::Ao, ("6.2.13-b", &biased))?,
+            picture(lab, &vault, lab.small(), &settings(0.0), Show::Ao, ("6.2.13-a", "bias 0"))?,
+            picture(lab, &vault, lab.small(), &settings(BIAS_DEGREES), Show::Ao, ("6.2.13-b", &biased))?,
         ],
         ..Figure::default()
     })
@@ -410,7 +290,11 @@ fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
     let shown = |image: &Image<[u8; 3]>, file: &str, caption: &str| detail(image, at, window, 4, (file, caption));
     let mut pictures = vec![
         shown(&with.colour()?, "6.2.15-a", "colour, no ambient occlusion")?,
-        shown(&without_final, "6.2.15-b", "the blur around the resolved depth: what is behind bleeds into silhouettes")?,
+        shown(
+            &without_final,
+            "6.2.15-b",
+            "the blur around the resolved depth: what is behind bleeds into silhouettes",
+        )?,
         shown(&with_final, "6.2.15-c", "the supersampling blur at edges")?,
     ];
     for (image, file, caption) in
@@ -456,7 +340,7 @@ fn sample_counts(lab: &Lab) -> Result<Figure, Error> {
             let settings = Settings { directions: count, steps: count, blur, ..subject.settings(Method::Hbao) };
             let caption = format!("{}, {count}/{count}, blur {blur}x{blur}", subject.name);
             let file = format!("6.2.16-{}-{count}", subject.key);
-            pictures.push(picture(lab, subject, small(lab), &settings, Show::Ao, (&file, &caption))?);
+            pictures.push(picture(lab, subject, lab.small(), &settings, Show::Ao, (&file, &caption))?);
         }
     }
     Ok(Figure {
@@ -492,7 +376,8 @@ fn talk(lab: &Lab) -> Result<Figure, Error> {
     Ok(Figure {
         id: "talk-1",
         title: "The talk's Figure 1: horizons and ray marching".into(),
-        text: "8 directions of 8 steps; ray marching with 4 rays a direction. Their speeds stand under the tables.".into(),
+        text: "8 directions of 8 steps; ray marching with 4 rays a direction. Their speeds stand under the tables."
+            .into(),
         pictures: vec![
             picture(lab, subject, lab.size, &horizons, Show::Ao, ("talk-1-hbao", "horizons (hbao-talk)"))?,
             picture(lab, subject, lab.size, &rays, Show::Ao, ("talk-1-ray-march", "ray marching, 4 rays a direction"))?,
@@ -504,12 +389,11 @@ fn talk(lab: &Lab) -> Result<Figure, Error> {
 fn methods(lab: &Lab) -> Result<Figure, Error> {
     let subject = lab.first_of(&["sibenik"]);
     let mut pictures = Vec::new();
-    for method in
-        [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Ssao, Method::Microsphere, Method::Crease]
+    for method in [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Ssao, Method::Microsphere, Method::Crease]
     {
         let name = method.name();
         let settings = subject.settings(method);
-        pictures.push(picture(lab, subject, small(lab), &settings, Show::Ao, (&format!("method-{name}"), name))?);
+        pictures.push(picture(lab, subject, lab.small(), &settings, Show::Ao, (&format!("method-{name}"), name))?);
     }
     Ok(Figure {
         id: "methods",
