@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 const EXPLANATION: &str = "\
 Each of some 50 settings is timed (ambient occlusion and its blur, the median of interleaved runs) and compared, over the
 pixels that hold a surface, with ray-traced ambient occlusion of the same radius and attenuation. A star marks what
-nothing else beats in both time and RMSE. Of the settings only --radius, --attenuation and --strength matter: the sweep
+nothing else beats in both time and RMSE. Edge pixels hold more than one surface, by the depths of 4 samples a pixel. Of the settings only --radius, --attenuation and --strength matter: the sweep
 goes through the others. LP_NUM_THREADS=1 keeps llvmpipe to one thread; the machine should have nothing else to do.
 
 Examples:
@@ -84,6 +84,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             "scene": scene.name,
             "size": [flags.size.0, flags.size.1],
             "truth": { "rays": rays, "noise_rmse": traced.noise_rmse },
+            "edges": { "pixels": rows.first().and_then(|row| row.edge_errors).map_or(0, |e| e.pixels) },
             "rows": rows.iter().map(as_json).collect::<Vec<_>>(),
         });
         outputs.stage(path, format!("{report:#}\n").as_bytes())?;
@@ -100,7 +101,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
 /// The fields of a row in files, in their order.
 fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
-    let (s, e) = (&row.settings, &row.errors);
+    let (s, e, edge) = (&row.settings, &row.errors, &row.edge_errors);
     let blur = match s.method {
         Method::None => 0,
         // Its own.
@@ -132,6 +133,11 @@ fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
         ("bias", e.bias.into()),
         ("max", e.max.into()),
         ("flip", e.flip.into()),
+        ("edge_rmse", edge.map(|e| e.rmse).into()),
+        ("edge_mae", edge.map(|e| e.mae).into()),
+        ("edge_bias", edge.map(|e| e.bias).into()),
+        ("edge_max", edge.map(|e| e.max).into()),
+        ("edge_flip", edge.and_then(|e| e.flip).into()),
         ("pareto", row.pareto.into()),
     ]
 }
@@ -187,15 +193,16 @@ fn words(row: &Row) -> String {
 
 fn table(rows: &[Row]) -> String {
     let mut text = format!(
-        "  {:<12}{:<32}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}\n",
-        "method", "samples", "ms", "RMSE", "MAE", "bias", "max", "FLIP"
+        "  {:<12}{:<32}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>11}\n",
+        "method", "samples", "ms", "RMSE", "MAE", "bias", "max", "FLIP", "edge RMSE"
     );
     for row in rows {
         let e = &row.errors;
-        let flip = e.flip.map_or("-".into(), |flip| format!("{flip:.4}"));
+        let [flip, edge] = [e.flip, row.edge_errors.map(|edge| edge.rmse)]
+            .map(|value| value.map_or("-".into(), |value| format!("{value:.4}")));
         let _ = writeln!(
             text,
-            "{} {:<12}{:<32}{:>9.2}{:>9.4}{:>9.4}{:>+9.4}{:>8.3}{:>8}",
+            "{} {:<12}{:<32}{:>9.2}{:>9.4}{:>9.4}{:>+9.4}{:>8.3}{:>8}{:>11}",
             if row.pareto { '*' } else { ' ' },
             row.settings.method.name(),
             words(row),
@@ -204,7 +211,8 @@ fn table(rows: &[Row]) -> String {
             e.mae,
             e.bias,
             e.max,
-            flip
+            flip,
+            edge
         );
     }
     text

@@ -1,6 +1,6 @@
 //! Error against time over a sweep of settings: what accuracy costs, and which settings nobody should use.
 
-use super::errors::Errors;
+use super::errors::{Comparison, Errors};
 use super::sum;
 use crate::image::Image;
 use crate::scene::{Camera, Mesh};
@@ -17,6 +17,8 @@ pub struct Row {
     pub ms: f64,
     /// Against the truth.
     pub errors: Errors,
+    /// The same over the edge pixels alone, as [`edges`] tells them; none where there is no edge pixel.
+    pub edge_errors: Option<Errors>,
     /// True where no row is better in both time and RMSE.
     pub pareto: bool,
 }
@@ -60,8 +62,31 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
     all
 }
 
+/// The depth samples a pixel by which edges are told: those of a usual multisample G-buffer, and all that llvmpipe has.
+const EDGE_SAMPLES: u32 = 4;
+
+/// The pixels that hold more than one surface: those whose 4 depth samples span more than the settings' depth sigma, or
+/// mix surface and background. Whatever [`Settings::msaa`] says, so that images of one sample a pixel can be judged there
+/// too; none where the driver has no multisample textures.
+///
+/// # Errors
+/// What the driver refuses.
+pub fn edges(
+    gl: &Arc<glow::Context>,
+    (mesh, camera): (&Mesh, &Camera),
+    size: (u32, u32),
+    settings: &Settings,
+) -> Result<Image<bool>, Error> {
+    let request = Request { gbuffer_only: true, edges: true, ..Request::default() };
+    let mut pipeline = Pipeline::new(gl, size, &Settings { msaa: EDGE_SAMPLES, ..settings.clone() }, request)?;
+    pipeline.render(mesh, camera)?;
+    let none = || Image::filled(size.0 as usize, size.1 as usize, false);
+    Ok(pipeline.edges().cloned().unwrap_or_else(none))
+}
+
 /// Measures each of `settings` on a view, in `runs` interleaved rounds after one that compiles the shaders and is not
-/// counted. `truth` is compared with where `covered` is true. `progress` is called after each rendering.
+/// counted. `truth` is compared with where `covered` is true, and on edge pixels apart: for all rows the same, by the
+/// depth sigma of the first of `settings`. `progress` is called after each rendering.
 ///
 /// # Errors
 /// What the driver refuses, or images of another size.
@@ -105,10 +130,17 @@ pub fn measure(
             progress();
         }
     }
+    let mut on_edges = covered.map(|_| false);
+    if let Some(first) = settings.first() {
+        let edges = edges(gl, (mesh, camera), size, first)?;
+        on_edges = Image::from_fn(covered.width, covered.height, |x, y| edges.at(x, y) && covered.at(x, y));
+    }
     let mut rows = Vec::new();
     for ((each, ao), times) in settings.iter().zip(&passes).zip(&times) {
-        let errors = Errors::of(&ao.image()?, truth, covered)?;
-        rows.push(Row { settings: each.clone(), ms: super::median(times), errors, pareto: false });
+        let comparison = Comparison::new(&ao.image()?, truth)?;
+        let errors = comparison.over(covered)?.ok_or_else(Errors::of_nothing)?;
+        let edge_errors = comparison.over(&on_edges)?;
+        rows.push(Row { settings: each.clone(), ms: super::median(times), errors, edge_errors, pareto: false });
     }
     let points: Vec<_> = rows.iter().map(|row| (row.ms, row.errors.rmse)).collect();
     rows.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
