@@ -1,5 +1,6 @@
 //! What ambient occlusion costs, measured. It sees a way to render and times, never a shader.
 
+pub mod decomposition;
 pub mod errors;
 pub mod trade;
 

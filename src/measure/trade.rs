@@ -23,17 +23,28 @@ pub struct Row {
     pub pareto: bool,
 }
 
-/// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
-/// with the radius of `base` and its attenuation for all that read one. One depth sample a pixel: the truth is that of
-/// the pixels' centres.
-pub fn sweep(base: &Settings) -> Vec<Settings> {
-    let of = |method: Method| Settings {
+/// A method's own settings with what a sweep takes from `base`.
+fn of_method(base: &Settings, method: Method) -> Settings {
+    Settings {
         radius: base.radius,
         attenuation: base.attenuation,
         strength: base.strength,
         msaa: 1,
         ..Settings::for_method(method)
-    };
+    }
+}
+
+/// Those of a sweep whose error is taken apart: the chapter's 4 x 4, 8 x 8 and 16 x 16, at full and half resolution.
+pub fn chapter(base: &Settings) -> Vec<Settings> {
+    let of = |n: u32, half_res| Settings { directions: n, steps: n, half_res, ..of_method(base, Method::Hbao) };
+    [false, true].into_iter().flat_map(|half_res| [4, 8, 16].map(|n| of(n, half_res))).collect()
+}
+
+/// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
+/// with the radius of `base`, its strength, and its attenuation for all that read one. One depth sample a pixel: the truth
+/// is that of the pixels' centres.
+pub fn sweep(base: &Settings) -> Vec<Settings> {
+    let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
     let mut all = Vec::new();
     for (directions, steps) in [(2, 4), (4, 4), (4, 8), (6, 6), (8, 8), (16, 8), (16, 16), (32, 16)] {
@@ -167,9 +178,12 @@ mod tests {
     #[test]
     fn the_sweep_holds_the_table_and_no_setting_twice() {
         let all = sweep(&Settings::default());
-        for (directions, half_res) in [(4, false), (8, false), (16, false), (4, true), (8, true), (16, true)] {
-            let is = |s: &Settings| (s.method, s.directions, s.steps) == (Method::Hbao, directions, directions);
-            assert!(all.iter().any(|s| is(s) && s.half_res == half_res && s.blur == 9 && s.msaa == 1));
+        for (n, half_res) in [(4, false), (8, false), (16, false), (4, true), (8, true), (16, true)] {
+            let is =
+                |s: &&Settings| (s.method, s.directions, s.steps) == (Method::Hbao, n, n) && s.half_res == half_res;
+            let chapter = chapter(&Settings::default());
+            let settings = chapter.iter().find(is).unwrap();
+            assert!(all.contains(settings) && (settings.blur, settings.msaa) == (9, 1));
         }
         for (i, settings) in all.iter().enumerate() {
             settings.validate().unwrap();

@@ -2,6 +2,7 @@
 //! written to be read beside the shaders and to be right, not to be fast.
 
 pub mod blur;
+mod converged;
 pub mod edges;
 pub mod gbuffer;
 mod hbao;
@@ -12,6 +13,8 @@ mod sampling;
 pub(crate) mod ssao;
 pub mod trace;
 pub mod truth;
+
+pub use converged::converged;
 
 use crate::Error;
 use crate::image::Image;
