@@ -189,7 +189,6 @@ fn limit(settings: &Settings) -> Settings {
         strength: settings.strength,
         attenuation: settings.attenuation,
         clamp: settings.clamp,
-        grounding: settings.grounding,
         normals: settings.normals,
         msaa: settings.msaa,
         ..Settings::default()
