@@ -53,8 +53,8 @@ impl Judged {
     }
 }
 
-/// The bounds are what float64 leaves of sums over some thousand pixels: the images are read back once, and every part is
-/// made of the same numbers.
+/// The bounds are what float64 leaves of sums over some thousand pixels: the images are read back once, and every part
+/// is made of the same numbers.
 #[track_caller]
 fn hold_sums(parts: &Decomposition, text: &str) {
     let each = [parts.model, parts.sampling, parts.filtering, parts.quantisation];

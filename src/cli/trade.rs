@@ -15,8 +15,8 @@ use serde_json::json;
 use std::fmt::Write as _;
 
 const EXPLANATION: &str = "\
-Each of some 50 settings is timed (ambient occlusion and its blur, the median of interleaved runs) and compared, over the
-pixels that hold a surface, with ray-traced ambient occlusion of the same radius and attenuation. A star marks what
+Each of some 50 settings is timed (ambient occlusion and its blur, the median of interleaved runs) and compared, over
+the pixels that hold a surface, with ray-traced ambient occlusion of the same radius and attenuation. A star marks what
 nothing else beats in both time and RMSE. Edge pixels hold more than one surface, by the depths of 4 samples a pixel.
 Of the settings only --radius, --attenuation and --strength matter: the sweep goes through the others. LP_NUM_THREADS=1
 keeps llvmpipe to one thread; the machine should have nothing else to do.
@@ -24,8 +24,7 @@ keeps llvmpipe to one thread; the machine should have nothing else to do.
 The second table takes the error of the chapter's settings apart, on 50,000 random pixels, the same in every run. Model:
 64 directions with a sample every texel, in float64, against the rays. Sampling: the settings' samples against those.
 Filtering: after the blur against before. Quantisation: 8 bits against float. A pixel's parts add up to its total error,
-and so do the biases; the squares do with the cross term, total^2 = model^2 + sampling^2 + filtering^2 + quantisation^2 +
-cross.
+and so do the biases. The squares of the RMSEs do so only with the cross term, twice the mean of the parts' products.
 
 Examples:
   hbao trade nave --size 400x300

@@ -2,8 +2,8 @@
 //!
 //! Five images stand in a chain, each one step nearer to what is shown: ray-traced truth; the converged method
 //! ([`reference::converged`]) on a float G-buffer; the method with its samples, before the blur, in float; after the
-//! blur, in float; and with the formats asked for. Each part is the difference of two neighbours, so that the parts of a
-//! pixel add up to its whole error, and so do their biases. Their squares do not: [`Decomposition::cross`] is what is
+//! blur, in float; and with the formats asked for. Each part is the difference of two neighbours, so that the parts of
+//! a pixel add up to its whole error, and so do their biases. Their squares do not: [`Decomposition::cross`] is what is
 //! missing.
 
 use crate::image::Image;
@@ -48,8 +48,8 @@ pub struct Decomposition {
     /// The method's directions and steps, its jitter, early exit and half resolution, against the converged method. The
     /// single precision of the passes is in it.
     pub sampling: Part,
-    /// After the blur against before. From half resolution without a blur a pixel (x, y) shows the texel (x/2, y/2), and
-    /// so it is compared before the blur.
+    /// After the blur against before. From half resolution without a blur a pixel (x, y) shows the texel (x/2, y/2),
+    /// and so it is compared before the blur.
     pub filtering: Part,
     /// With the formats asked for against RGBA16F normals, R32F depth and R32F ambient occlusion.
     pub quantisation: Part,
@@ -81,8 +81,8 @@ impl Decomposition {
     }
 }
 
-/// The pixels to take a view's error apart on: `count` of the covered ones at random, the same in every run, or all where
-/// there are no more. In their order in the image.
+/// The pixels to take a view's error apart on: `count` of the covered ones at random, the same in every run, or all
+/// where there are no more. In their order in the image.
 ///
 /// The converged method takes 64 R samples a pixel, R in texels: on a whole image that is minutes.
 pub fn subset(covered: &Image<bool>, count: usize) -> Vec<usize> {
@@ -117,7 +117,8 @@ pub fn decompose(
     Ok(all.remove(0))
 }
 
-/// [`decompose`], for each of `settings`: those that converge to the same share the work. `progress` is called after each.
+/// [`decompose`], for each of `settings`: those that converge to the same share the work. `progress` is called after
+/// each.
 ///
 /// # Errors
 /// As there.
@@ -206,7 +207,8 @@ mod tests {
         assert_eq!(parts.model, Part { rmse: (0.0625f64 / 2.0).sqrt(), bias: 0.125, max: 0.25 });
         assert_eq!((parts.sampling.bias, parts.filtering.bias, parts.quantisation.bias), (0.0, 0.125, 0.25));
         assert_eq!(parts.total, Part { rmse: ((0.0625f64 + 0.5625) / 2.0).sqrt(), bias: 0.5, max: 0.75 });
-        // Differences (0.25, -0.25, 0.25, 0) and (0, 0.25, 0, 0.5): products -0.0625 + 0.0625 - 0.0625 and 0.125, halved.
+        // Differences (0.25, -0.25, 0.25, 0) and (0, 0.25, 0, 0.5): products -0.0625 + 0.0625 - 0.0625 and 0.125,
+        // halved.
         assert!((parts.cross - 0.0625).abs() < 1e-15, "{}", parts.cross);
         assert_eq!(parts.pixels, 2);
     }

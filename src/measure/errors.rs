@@ -14,8 +14,8 @@ pub struct Errors {
     pub bias: f64,
     /// The largest absolute difference.
     pub max: f64,
-    /// The mean over the same pixels of FLIP (Andersson et al. 2020) between both as 8-bit grey pictures, at 67 pixels a
-    /// degree: 0 where nobody sees a difference, at most 1. None where the crate was built without it.
+    /// The mean over the same pixels of FLIP (Andersson et al. 2020) between both as 8-bit grey pictures, at 67 pixels
+    /// a degree: 0 where nobody sees a difference, at most 1. None where the crate was built without it.
     pub flip: Option<f64>,
     /// How many pixels were compared.
     pub pixels: usize,
@@ -36,8 +36,8 @@ impl Errors {
     }
 }
 
-/// Two images side by side, to be compared over several sets of pixels: what FLIP sees at a pixel depends on those about
-/// it, so its map is that of the whole images and made once.
+/// Two images side by side, to be compared over several sets of pixels: what FLIP sees at a pixel depends on those
+/// about it, so its map is that of the whole images and made once.
 pub struct Comparison {
     size: (usize, usize),
     differences: Vec<f64>,

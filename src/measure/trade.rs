@@ -41,8 +41,8 @@ pub fn chapter(base: &Settings) -> Vec<Settings> {
 }
 
 /// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
-/// with the radius of `base`, its strength, and its attenuation for all that read one. One depth sample a pixel: the truth
-/// is that of the pixels' centres.
+/// with the radius of `base`, its strength, and its attenuation for all that read one. One depth sample a pixel: the
+/// truth is that of the pixels' centres.
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
@@ -77,8 +77,8 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
 const EDGE_SAMPLES: u32 = 4;
 
 /// The pixels that hold more than one surface: those whose 4 depth samples span more than the settings' depth sigma, or
-/// mix surface and background. Whatever [`Settings::msaa`] says, so that images of one sample a pixel can be judged there
-/// too; none where the driver has no multisample textures.
+/// mix surface and background. Whatever [`Settings::msaa`] says, so that images of one sample a pixel can be judged
+/// there too; none where the driver has no multisample textures.
 ///
 /// # Errors
 /// What the driver refuses.

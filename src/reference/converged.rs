@@ -1,13 +1,13 @@
-//! What a method comes to on a depth image when more samples would change nothing: the yardstick that tells the error of
-//! too few samples from the error of the method itself.
+//! What a method comes to on a depth image when more samples would change nothing: the yardstick that tells the error
+//! of too few samples from the error of the method itself.
 //!
-//! 64 directions, in each a sample every texel from the first to R, no jitter and no early exit, at full resolution. Each
-//! sample is snapped by itself: a step of one texel that is rounded once points in 8 directions only, whatever their
-//! number. Snapped so, the nearest samples lie up to 22 degrees beside their direction, where the surface has another
-//! tangent. With infinitely small texels they would lie in it; so a sample's height is that over its own tangent
-//! throughout, where the passes compare it with the direction's. Otherwise a tilted plane's own texels would raise the
-//! horizon, and hide what is low and near, however fine the image: in a valley of 90 degrees A is too open by 0.013 so.
-//! Eq. 6.2.8 and 6.2.9 (`grounding`) are one in this limit, and a plane is open in the talk's method too.
+//! 64 directions, in each a sample every texel from the first to R, no jitter and no early exit, at full resolution.
+//! Each sample is snapped by itself: a step of one texel that is rounded once points in 8 directions only, whatever
+//! their number. Snapped so, the nearest samples lie up to 22 degrees beside their direction, where the surface has
+//! another tangent. With infinitely small texels they would lie in it; so a sample's height is that over its own
+//! tangent throughout, where the passes compare it with the direction's. Otherwise a tilted plane's own texels would
+//! raise the horizon, and hide what is low and near, however fine the image: in a valley of 90 degrees A is too open by
+//! 0.013 so. Eq. 6.2.8 and 6.2.9 (`grounding`) are one in this limit, and a plane is open in the talk's method too.
 
 use super::sampling::{EXACT, Pixel, Scene, Shift};
 use super::{Inputs, Occlusion, Terms};
@@ -19,8 +19,8 @@ use std::f64::consts::TAU;
 /// N_d of the converged method: the most that the method itself takes.
 const DIRECTIONS: u32 = 64;
 
-/// Visibility A by the settings' method, converged, of the pixels of these indices (y * width + x, y up); 1 on background.
-/// Of the settings it reads the method, R, attenuation, strength, bias and clamp.
+/// Visibility A by the settings' method, converged, of the pixels of these indices (y * width + x, y up); 1 on
+/// background. Of the settings it reads the method, R, attenuation, strength, bias and clamp.
 ///
 /// `microsphere` converges too, to the integral over the disc of radius R of what a texel's sphere adds, since a sample
 /// stands for i step_px^2 2 pi / N_d texels; and `crease` to the mean of its samples along R, since each weighs
