@@ -6,10 +6,11 @@
 //! a pixel add up to its whole error, and so do their biases. Their squares do not: [`Decomposition::cross`] is what is
 //! missing.
 
+use crate::ambient_occlusion::Extras;
 use crate::image::Image;
 use crate::scene::{Camera, Mesh};
 use crate::settings::{AoFormat, DepthFormat, NormalFormat, Settings};
-use crate::{Error, Pipeline, Request, reference, rotation_tile};
+use crate::{AmbientOcclusion, Error, Inputs, Pipeline, Request, Timers, reference, rotation_tile};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 use std::sync::Arc;
@@ -143,6 +144,7 @@ pub fn decompose_all(
         let scale = if (image.width, image.height) == (width, height) { 1 } else { 2 };
         pixels.iter().map(|i| f64::from(image.at(i % width / scale, i / width / scale))).collect()
     };
+    let mut gbuffers = GBuffers { gl, mesh, camera, size, known: Vec::new() };
     let mut converged: Vec<(Settings, Vec<f64>)> = Vec::new();
     let mut all = Vec::new();
     for each in settings {
@@ -152,33 +154,75 @@ pub fn decompose_all(
             ao_format: AoFormat::R32f,
             ..each.clone()
         };
-        let mut pipeline = Pipeline::new(gl, size, &float, Request { raw: true, ..Request::default() })?;
-        pipeline.render(mesh, camera)?;
+        let gbuffer = gbuffers.of(&float)?;
         let limit = limit(each);
         let known = match converged.iter().position(|(known, _)| *known == limit) {
             Some(known) => known,
             None => {
-                let (depth, normals, tile) = (pipeline.depth()?, pipeline.normals()?, rotation_tile(each));
+                let (depth, normals, tile) = (gbuffer.depth()?, gbuffer.normals()?, rotation_tile(each));
                 let (projection, near) = (camera.projection, camera.near);
                 let inputs = reference::Inputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
                 converged.push((limit, reference::converged(&inputs, each, pixels)?));
                 converged.len() - 1
             }
         };
-        let blurred = pipeline.ao()?;
-        let sampled = pipeline.ao_raw().map_or_else(|| pick(&blurred), pick);
+        let (sampled, blurred) = occlusion(gl, size, &float, &gbuffer.inputs(camera))?;
+        let (sampled, blurred) = (pick(&sampled), pick(&blurred));
         let shown = if *each == float {
             blurred.clone()
         } else {
-            let mut pipeline = Pipeline::new(gl, size, each, Request::default())?;
-            pipeline.render(mesh, camera)?;
-            pipeline.ao()?
+            pick(&occlusion(gl, size, each, &gbuffers.of(each)?.inputs(camera))?.1)
         };
-        let chain = [truth, &converged[known].1, &sampled, &pick(&blurred), &pick(&shown)];
-        all.push(Decomposition::of(chain));
+        all.push(Decomposition::of([truth, &converged[known].1, &sampled, &blurred, &shown]));
         progress();
     }
     Ok(all)
+}
+
+/// Before the blur and after.
+fn occlusion(
+    gl: &Arc<glow::Context>,
+    size: (u32, u32),
+    settings: &Settings,
+    inputs: &Inputs,
+) -> Result<(Image<f32>, Image<f32>), Error> {
+    let mut ao = AmbientOcclusion::new(gl.clone(), size, settings)?;
+    let kept = ao.run(inputs, &mut Timers::new(gl, false)?, Extras { raw: true, ..Extras::default() })?;
+    let after = ao.image()?;
+    Ok((kept.raw.unwrap_or_else(|| after.clone()), after))
+}
+
+/// The view's G-buffers, one for all settings that differ in nothing that it reads.
+struct GBuffers<'a> {
+    gl: &'a Arc<glow::Context>,
+    mesh: &'a Mesh,
+    camera: &'a Camera,
+    size: (u32, u32),
+    known: Vec<(Settings, Pipeline)>,
+}
+
+impl GBuffers<'_> {
+    fn of(&mut self, settings: &Settings) -> Result<&Pipeline, Error> {
+        let read = Settings {
+            radius: settings.radius,
+            normals: settings.normals,
+            msaa: settings.msaa,
+            normal_format: settings.normal_format,
+            depth_format: settings.depth_format,
+            ..Settings::default()
+        };
+        let known = match self.known.iter().position(|(known, _)| *known == read) {
+            Some(known) => known,
+            None => {
+                let request = Request { gbuffer_only: true, ..Request::default() };
+                let mut pipeline = Pipeline::new(self.gl, self.size, settings, request)?;
+                pipeline.render(self.mesh, self.camera)?;
+                self.known.push((read, pipeline));
+                self.known.len() - 1
+            }
+        };
+        Ok(&self.known[known].1)
+    }
 }
 
 /// Settings with what the converged method and the G-buffer under it read, and all else alike.
