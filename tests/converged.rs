@@ -34,8 +34,8 @@ fn step(foot: usize, high: f64) -> ByHand {
 
 #[test]
 fn every_plane_is_open() {
-    const SIZE: (u32, u32) = (33, 25);
-    let pixels: Vec<_> = (0..25).flat_map(|y| (0..33).map(move |x| (x, y))).collect();
+    const SIZE: (u32, u32) = (21, 15);
+    let pixels: Vec<_> = (0..15).flat_map(|y| (0..21).map(move |x| (x, y))).collect();
     let mut surfaces = 0;
     for (tilt, turn) in [(0.0, 0.0), (20.0, 37.0), (45.0, 90.0), (70.0, 211.0), (80.0, 300.0), (110.0, 37.0f64)] {
         let ((sin, cos), (s, c)) = (f64::to_radians(tilt).sin_cos(), turn.to_radians().sin_cos());
@@ -54,7 +54,7 @@ fn every_plane_is_open() {
             }
         }
     }
-    assert!(surfaces > 10_000, "{surfaces}");
+    assert!(surfaces > 4_000, "{surfaces}");
 }
 
 /// The valley is a floor and a wall at right angles, and nothing of it is hidden: the converged method has the closed
