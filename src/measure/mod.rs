@@ -1,6 +1,7 @@
 //! What ambient occlusion costs, measured. It sees a way to render and times, never a shader.
 
 pub mod bench;
+pub mod decomposition;
 pub mod errors;
 pub mod published;
 pub mod ratios;

@@ -3,6 +3,7 @@
 
 pub mod anatomy;
 pub mod blur;
+mod converged;
 pub mod edges;
 pub mod gbuffer;
 mod hbao;
@@ -13,6 +14,8 @@ mod sampling;
 pub(crate) mod ssao;
 pub mod trace;
 pub mod truth;
+
+pub use converged::converged;
 
 use crate::Error;
 use crate::image::Image;

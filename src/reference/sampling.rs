@@ -38,6 +38,8 @@ pub(super) struct Pixel {
     pub(super) r: DVec3,
     /// The normal, of any length, turned to the eye.
     pub(super) n: DVec3,
+    /// N_s, the samples in each direction.
+    pub(super) steps: u32,
     /// The step between two samples, in texels.
     pub(super) step_px: DVec2,
     /// cos a, sin a, b; for `ssao` a unit vector.
@@ -101,6 +103,7 @@ impl<'a> Scene<'a> {
             r,
             // The tangent plane is the same for n and -n.
             n: if n.dot(r) > 0.0 { -n } else { n },
+            steps: self.settings.steps,
             // R in texels, divided into steps.
             step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
             jitter: self.inputs.tile.at(x % 4, y % 4).map(f64::from),
@@ -218,7 +221,7 @@ impl<'a> Scene<'a> {
     }
 
     /// R projected at depth z, in texels (Figure 6.2.11).
-    fn radius_in_texels(&self, z: f64) -> DVec2 {
+    pub(super) fn radius_in_texels(&self, z: f64) -> DVec2 {
         match self.inputs.projection {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
             Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
