@@ -31,7 +31,7 @@ Examples:
   hbao trade sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 --size 800x600 --json trade.json --plot trade.svg";
 
 /// How many covered pixels the error is taken apart on, where there are as many.
-const PIXELS: usize = 50_000;
+pub(crate) const PIXELS: usize = 50_000;
 
 /// The verb's flags.
 pub(crate) fn command() -> Command {
@@ -165,7 +165,7 @@ pub(crate) fn as_json(row: &Row) -> serde_json::Value {
     serde_json::Value::Object(fields(row).into_iter().map(|(name, value)| (name.to_string(), value)).collect())
 }
 
-fn parts_as_json(s: &Settings, parts: &Decomposition) -> serde_json::Value {
+pub(crate) fn parts_as_json(s: &Settings, parts: &Decomposition) -> serde_json::Value {
     let of = |part: &Part| json!({ "rmse": part.rmse, "bias": part.bias, "max": part.max });
     json!({
         "method": s.method.name(),

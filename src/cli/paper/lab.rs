@@ -2,13 +2,12 @@
 
 use glam::{DVec3, dvec3};
 use hbao::image::Image;
-use hbao::measure::errors::Errors;
+use hbao::measure::decomposition::subset;
+use hbao::measure::errors::{Comparison, Errors};
 use hbao::reference::{self, truth::Truth};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, Mesh, NAVE, Projection, Scene, View};
 use hbao::settings::{AoFormat, Method, NormalFormat, Radius};
 use hbao::{Error, PassTime, Pipeline, Request, Settings, glow, rotation_tile};
-use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::Rng as _;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,7 +16,6 @@ use std::sync::Arc;
 
 /// Error against truth is taken over as many covered pixels, or all where there are fewer.
 const SUBSET: usize = 60_000;
-const SEED: u128 = 0x7061_7065_7220_2008;
 
 /// A scene and where it is seen from.
 #[derive(Clone)]
@@ -148,21 +146,6 @@ impl Seen {
         let width = self.depth.width;
         subset(&self.covered(), count).into_iter().map(|i| (i % width, i / width)).collect()
     }
-}
-
-/// `count` of the pixels in the mask, at random from a fixed seed, in order; all where there are fewer.
-fn subset(mask: &Image<bool>, count: usize) -> Vec<usize> {
-    let mut all: Vec<usize> = (0..mask.texels.len()).filter(|&i| mask.texels[i]).collect();
-    if all.len() > count {
-        let mut random = Pcg64Mcg::new(SEED);
-        for i in 0..count {
-            let left = (all.len() - i) as u64;
-            all.swap(i, i + (random.next_u64() % left) as usize);
-        }
-        all.truncate(count);
-        all.sort_unstable();
-    }
-    all
 }
 
 /// Ray-traced ambient occlusion of some pixels of a view.
@@ -310,6 +293,11 @@ impl<'a> Lab<'a> {
         Ok(truth)
     }
 
+    /// The largest noise of the truths asked for so far, RMS.
+    pub(super) fn noise(&self) -> f64 {
+        self.truths.borrow().values().map(|traced| traced.noise).fold(0.0, f64::max)
+    }
+
     /// Errors of an image against the truth of the settings' radius and attenuation.
     pub(super) fn errors_of(
         &self,
@@ -354,5 +342,5 @@ impl Model {
 
 /// How far an image is from another where the mask is true.
 pub(super) fn compare(got: &Image<f32>, truth: &Image<f32>, mask: &Image<bool>) -> Result<Errors, Error> {
-    Errors::of(got, truth, mask)
+    Comparison::without_flip(got, truth)?.over(mask)?.ok_or_else(Errors::of_nothing)
 }

@@ -106,6 +106,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         ("OpenGL", version),
         ("size", format!("{}x{}", size.0, size.1)),
         ("rays a pixel of the truth", rays.to_string()),
+        ("noise of the claims' truths", format!("at most {:.4} RMS", lab.noise())),
         ("took", format!("{:.0} s", start.elapsed().as_secs_f64())),
     ];
 

@@ -94,7 +94,7 @@ pub(super) fn valley() -> Result<Subject, Error> {
         [dvec3(0.0, 0.0, -long), dvec3(0.0, 0.0, long), dvec3(sign * wide, wide, long), dvec3(sign * wide, wide, -long)]
     };
     let mut valley =
-        subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 2.0);
+        subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 4.0);
     valley.view.up = Some(DVec3::NEG_Z);
     Ok(valley)
 }

@@ -10,6 +10,7 @@ use hbao::measure::bench::{Case, Row, crysis, figure1, measure, scaling, table};
 use hbao::measure::published::{
     COLUMNS, CRYSIS_MS, CRYSIS_SIZE, EIGHT, FIGURE_1, TABLE_6_2_1, TABLE_SIZE, ULTRA, figure_1, table_mpixels_per_s,
 };
+use hbao::measure::decomposition::{Decomposition, Part, decompose_all, subset};
 use hbao::measure::ratios::{Ratio, ratios};
 use hbao::measure::{median, trade};
 use hbao::reference::truth::Truth;
@@ -24,6 +25,8 @@ pub(super) struct Trade {
     pub(super) noise: f64,
     /// The fastest first.
     pub(super) rows: Vec<trade::Row>,
+    /// The chapter's own rows taken apart.
+    parts: Vec<(Settings, Decomposition)>,
     arguments: String,
 }
 
@@ -100,6 +103,7 @@ impl Tables {
                 "size": [swept.size.0, swept.size.1],
                 "noise_rmse": swept.noise,
                 "rows": swept.rows.iter().map(trade_verb::as_json).collect::<Vec<_>>(),
+                "decomposition": swept.parts.iter().map(|(s, parts)| trade_verb::parts_as_json(s, parts)).collect::<Vec<_>>(),
             })
         });
         json!({
@@ -349,7 +353,12 @@ impl Trade {
         let view = (&*subject.mesh, &camera);
         let mut rows = trade::measure(lab.gl, view, (&truth, &covered), &all, runs, progress)?;
         rows.sort_by(|a, b| a.ms.total_cmp(&b.ms));
+        let chapter = trade::chapter(&base);
+        let pixels = subset(&covered, trade_verb::PIXELS);
+        let visibility: Vec<f64> = pixels.iter().map(|&i| traced.visibility[i]).collect();
+        let parts = decompose_all(lab.gl, view, size, &chapter, (&pixels, &visibility), || ())?;
         Ok(Trade {
+            parts: chapter.into_iter().zip(parts).collect(),
             scene: subject.name.clone(),
             size,
             noise: traced.noise_rmse,
@@ -381,9 +390,10 @@ impl Trade {
                 format!("{:+.4}", row.errors.bias),
                 format!("{:.3}", row.errors.max),
                 flip,
+                row.edge_errors.map_or("-".into(), |edge| format!("{:.4}", edge.rmse)),
             ]
         });
-        let heads = ["method", "samples", "resolution", "blur", "ms", "RMSE", "mean abs.", "bias", "max", "FLIP"];
+        let heads = ["method", "samples", "resolution", "blur", "ms", "RMSE", "mean abs.", "bias", "max", "FLIP", "edge RMSE"];
         let id: &'static str = match self.scene.as_str() {
             "Dragon" => "trade-dragon",
             "Cornell box" => "trade-cornell-box",
@@ -402,13 +412,43 @@ impl Trade {
                 caption: format!("hbao trade {} --size {width}x{height}", self.arguments),
                 svg: plot::trade(&self.rows, &format!("{}, {width}x{height}", self.scene))?,
             }],
-            tables: vec![Table {
-                caption: format!("{}, {width}x{height}", self.scene),
-                head: heads.map(String::from).into(),
-                rows: rows.collect(),
-                notes: Vec::new(),
-            }],
+            tables: vec![
+                Table {
+                    caption: format!("{}, {width}x{height}", self.scene),
+                    head: heads.map(String::from).into(),
+                    rows: rows.collect(),
+                    notes: vec!["Edge RMSE is over the pixels that hold several surfaces.".into()],
+                },
+                self.parts_table(),
+            ],
             ..Figure::default()
         })
+    }
+
+    fn parts_table(&self) -> Table {
+        let rows = self.parts.iter().map(|(s, parts)| {
+            let cell = |part: &Part| format!("{:.4} {:+.4}", part.rmse, part.bias);
+            vec![
+                format!("{}/{}{}", s.directions, s.steps, if s.half_res { ", half" } else { "" }),
+                cell(&parts.model),
+                cell(&parts.sampling),
+                cell(&parts.filtering),
+                cell(&parts.quantisation),
+                cell(&parts.total),
+                format!("{:+.5}", parts.cross),
+            ]
+        });
+        let heads = ["", "model", "sampling", "filtering", "quantisation", "total", "cross"];
+        Table {
+            caption: format!("{}: error taken apart, RMSE and bias", self.scene),
+            head: heads.map(String::from).into(),
+            rows: rows.collect(),
+            notes: vec![format!(
+                "Over {} covered pixels, blur 9x9. Model: the converged method against the truth; sampling: so many directions \
+                 and steps against it; filtering: after the blur against before; quantisation: 8-bit targets against float. \
+                 Biases add up; squares do with the cross term.",
+                self.parts.first().map_or(0, |(_, parts)| parts.pixels)
+            )],
+        }
     }
 }

@@ -56,7 +56,7 @@ fn pattern_vanishes(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                completely.",
         source: "6.1, Randomly rotated kernel",
         found,
-        rule: bound.rule("the root of the mean variance over 4x4 pixels after the blur", steps),
+        rule: bound.rule("the root of the mean variance of the 4x4 residues after the blur", steps),
         note: "On a wall that faces the eye there is none before it either: offsets are corners of a cube, of which one of \
                two opposite ones is in front of a plane however the cube is turned. The floor is seen at a slant."
             .into(),
