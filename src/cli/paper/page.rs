@@ -140,7 +140,7 @@ fn claims(claims: &[Claim]) -> Markup {
                         td { p { (claim.says) } p.source { (claim.source) } }
                         td {
                             ul { @for found in &claim.found {
-                                li { b { (found.scene) } ": " (found.text) }
+                                li class=(found.verdict.class()) { b { (found.scene) } ": " (found.text) }
                             } }
                             @if let Some(why) = claim.unmeasured.as_ref().filter(|_| claim.found.is_empty()) { p.source { (why) } }
                             @if !claim.note.is_empty() { p.source { (claim.note) } }
@@ -161,8 +161,12 @@ fn section(figure: &Figure) -> Markup {
             h3 { @if label(figure) != figure.title { (label(figure)) ". " } (figure.title) }
             p { (figure.text) }
             @for table in &figure.tables { (table_of(table)) }
-            @for drawing in &figure.drawings {
-                figure.drawing { (PreEscaped(&drawing.svg)) figcaption { (drawing.caption) } }
+            @if !figure.drawings.is_empty() {
+                div.drawings {
+                    @for drawing in &figure.drawings {
+                        figure { (PreEscaped(&drawing.svg)) figcaption { (drawing.caption) } }
+                    }
+                }
             }
             @if !figure.pictures.is_empty() {
                 div.pictures {

@@ -84,6 +84,7 @@ pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
     };
     let mut vault = subject("vault", &format!("vault of {facets} facets, {name}"), mesh, view, 1.5);
     vault.view.up = Some(if along { DVec3::Y } else { DVec3::Z });
+    vault.view.lens = Some(Lens::FovY(if along { 40f64 } else { 80f64 }.to_radians()));
     Ok(vault)
 }
 

@@ -7,10 +7,10 @@ use crate::cli::bench::{self, exponents, mode_in_words, number, samples_of, size
 use crate::cli::{plot, trade as trade_verb};
 use hbao::image::Image;
 use hbao::measure::bench::{Case, Row, crysis, figure1, measure, scaling, table};
+use hbao::measure::decomposition::{Decomposition, Part, decompose_all, subset};
 use hbao::measure::published::{
     COLUMNS, CRYSIS_MS, CRYSIS_SIZE, EIGHT, FIGURE_1, TABLE_6_2_1, TABLE_SIZE, ULTRA, figure_1, table_mpixels_per_s,
 };
-use hbao::measure::decomposition::{Decomposition, Part, decompose_all, subset};
 use hbao::measure::ratios::{Ratio, ratios};
 use hbao::measure::{median, trade};
 use hbao::reference::truth::Truth;
@@ -393,7 +393,8 @@ impl Trade {
                 row.edge_errors.map_or("-".into(), |edge| format!("{:.4}", edge.rmse)),
             ]
         });
-        let heads = ["method", "samples", "resolution", "blur", "ms", "RMSE", "mean abs.", "bias", "max", "FLIP", "edge RMSE"];
+        let heads =
+            ["method", "samples", "resolution", "blur", "ms", "RMSE", "mean abs.", "bias", "max", "FLIP", "edge RMSE"];
         let id: &'static str = match self.scene.as_str() {
             "Dragon" => "trade-dragon",
             "Cornell box" => "trade-cornell-box",

@@ -138,11 +138,17 @@ fn beyond_the_border(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                     continue;
                 }
                 let (z, at) = (f64::from(depth.at(x, y)), f64::from(depth.at(border.0, border.1)));
+                if z.is_infinite() && at.is_infinite() {
+                    continue; // background misses no occluder
+                }
                 all += 1;
-                alike += usize::from(z == at || (z - at).abs() <= ALIKE * at);
+                alike += usize::from((z - at).abs() <= ALIKE * at.min(z));
             }
         }
-        let share = alike as f64 / all.max(1) as f64;
+        if all == 0 {
+            continue;
+        }
+        let share = alike as f64 / all as f64;
         // And what clamping does to the outermost pixels.
         let clamped = lab.ao(subject, &settings)?;
         let cut = Image::from_fn(width, height, |x, y| whole.at(x + margin, y + margin));

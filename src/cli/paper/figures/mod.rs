@@ -340,13 +340,15 @@ fn sample_counts(lab: &Lab) -> Result<Figure, Error> {
             let settings = Settings { directions: count, steps: count, blur, ..subject.settings(Method::Hbao) };
             let caption = format!("{}, {count}/{count}, blur {blur}x{blur}", subject.name);
             let file = format!("6.2.16-{}-{count}", subject.key);
-            pictures.push(picture(lab, subject, lab.small(), &settings, Show::Ao, (&file, &caption))?);
+            pictures.push(picture(lab, subject, lab.size, &settings, Show::Ao, (&file, &caption))?);
         }
     }
     Ok(Figure {
         id: "6.2.16",
         title: "4/4, 8/8 and 16/16 directions and steps".into(),
-        text: "The blur shrinks as the samples grow.".into(),
+        text: "The blur shrinks as the samples grow. Where a step is below a texel, far away and with many steps, the \
+               chapter's early exit leaves surfaces open."
+            .into(),
         pictures,
         ..Figure::default()
     })

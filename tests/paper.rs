@@ -1,0 +1,142 @@
+//! `hbao paper` writes one page that needs nothing but itself, with every figure, table and claim; at a size for a quick
+//! look, and with the built-in scenes alone.
+
+use hbao::image::{Image, png};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn hbao(folder: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hbao")).current_dir(folder).args(arguments.split_whitespace()).output().unwrap()
+}
+
+/// What stands between `from` and `to`, wherever it does.
+fn between<'a>(text: &'a str, from: &'a str, to: &'a str) -> impl Iterator<Item = &'a str> {
+    text.split(from).skip(1).filter_map(move |rest| rest.split(to).next())
+}
+
+const FIGURES: [&str; 16] = [
+    "6.1.1",
+    "6.1.4",
+    "6.1.5",
+    "6.1.6",
+    "6.1.7",
+    "6.2.1",
+    "6.2.3",
+    "6.2.4",
+    "6.2.10",
+    "6.2.13",
+    "6.2.14",
+    "6.2.15",
+    "6.2.16",
+    "6.2.17",
+    "talk-1",
+    "table-6.2.1",
+];
+
+#[test]
+fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = hbao(folder.path(), "paper -o report --size 96x72 --runs 1 --truth-rays 16");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    let report = folder.path().join("report");
+    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+
+    // No network: nothing is fetched from anywhere, and nothing from the files beside it.
+    for source in between(&page, "src=\"", "\"").chain(between(&page, "href=\"", "\"")) {
+        assert!(source.starts_with("data:image/png;base64,") || source.starts_with('#'), "{source:.60}");
+    }
+    assert!(!page.contains("<link") && !page.contains("@import") && !page.contains("url("));
+    for figure in FIGURES {
+        assert!(page.contains(&format!("<section id=\"figure-{figure}\"")), "figure {figure} is missing");
+    }
+    for anchor in between(&page, "href=\"#", "\"") {
+        assert!(page.contains(&format!("id=\"{anchor}\"")), "#{anchor} leads nowhere");
+    }
+    assert!(page.contains("class=\"compare\""), "no two pictures can be laid over each other");
+
+    // The same pictures lie beside it, each a whole file.
+    let files: Vec<_> = std::fs::read_dir(&report).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let of = |extension: &str| files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).count();
+    assert_eq!(between(&page, "src=\"data:", "\"").count(), of("png"));
+    assert_eq!(page.matches("<svg").count(), of("svg"));
+    assert!(of("png") > 30 && of("svg") > 6);
+    assert!(files.iter().all(|path| !path.to_string_lossy().contains(".tmp")));
+    commands_make_the_same_pictures(&page, &report);
+
+    let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();
+    let claims = figures["claims"].as_array().unwrap();
+    assert!(claims.len() >= 18, "{}", claims.len());
+    for claim in claims {
+        let id = claim["id"].as_str().unwrap();
+        let found = claim["found"].as_array().unwrap();
+        let verdicts: Vec<_> = found.iter().map(|found| found["verdict"].as_str().unwrap()).collect();
+        let all = |verdict: &str| verdicts.iter().all(|&one| one == verdict);
+        let expected = match () {
+            () if verdicts.is_empty() => "not measured",
+            () if all("holds") => "holds",
+            () if all("does not hold") => "does not hold",
+            () => "holds in part",
+        };
+        assert_eq!(claim["verdict"], expected, "{id}");
+        assert!(claim["rule"].as_str().unwrap().starts_with("holds where") || id == "three-rays", "{id}");
+        assert!(page.contains(&format!("<tr id=\"claim-{id}\"")), "{id}");
+        assert!(found.iter().all(|found| found["value"].is_number() || id == "three-rays"), "{id}: {found:?}");
+    }
+    // The tables have all their cells.
+    let rows = figures["tables"]["rows"].as_array().unwrap();
+    for mode in ["half", "msaa1", "msaa4"] {
+        assert_eq!(rows.iter().filter(|row| row["mode"] == mode).count(), 5, "{mode}");
+    }
+
+    // What is not there is said, on the page too.
+    for model in ["sibenik.obj", "dragon.obj"] {
+        assert!(said.contains(model) && page.contains(&format!("for want of {model}")), "{model}: {said}");
+    }
+    assert!(!page.contains("Dragon, "), "there is no dragon");
+}
+
+/// Captions end with a command: some of them, run.
+fn commands_make_the_same_pictures(page: &str, report: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let commands: Vec<_> = between(page, "<code>hbao ", "</code>").filter(|c| c.starts_with("render")).collect();
+    assert!(commands.len() > 15, "{}", commands.len());
+    for command in commands.iter().step_by(4) {
+        let output = hbao(folder.path(), command);
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let file = command.rsplit(' ').next().unwrap();
+        let [theirs, ours] = [report.join(file), folder.path().join(file)];
+        if let Ok(grey) = png::read::<u8>(&theirs) {
+            let again: Image<u8> = png::read(&ours).unwrap();
+            assert!(grey == again, "{command}");
+        } else {
+            let colour: Image<[u8; 3]> = png::read(&theirs).unwrap();
+            assert!(colour == png::read::<[u8; 3]>(&ours).unwrap(), "{command}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_written_or_read_is_refused_in_one_line_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    std::fs::create_dir(folder.path().join("broken")).unwrap();
+    std::fs::write(folder.path().join("broken/sibenik.obj"), "v 0 0 nonsense\n").unwrap();
+    for (arguments, part) in [
+        ("paper", "--output"),
+        ("paper -o file", "it is a file, where a folder is wanted"),
+        ("paper -o none/report", "the folder cannot be made"),
+        ("paper -o report --models none", "--models none: no such folder"),
+        ("paper -o report --models broken", "sibenik.obj"),
+        ("paper -o report --size 8x8", "at least 64x48"),
+        ("paper -o report --truth-rays 3", "--truth-rays"),
+        ("paper -o report --runs 0", "--runs"),
+    ] {
+        let output = hbao(folder.path(), arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments}: {said}");
+        assert!(said.lines().last().unwrap_or_default().contains(part), "{arguments}: {said}");
+        assert!(!folder.path().join("report").exists(), "{arguments} leaves a folder");
+    }
+}
