@@ -2,6 +2,7 @@
 
 pub mod errors;
 pub mod trade;
+pub mod tune;
 
 use crate::scene::{Camera, Mesh};
 use crate::{AmbientOcclusion, Error, PassTime, Pipeline, Settings, Timers};
