@@ -9,7 +9,7 @@ use hbao::Error;
 use hbao::context::Context;
 use hbao::image::{Image, Outputs};
 use hbao::measure::trade::{Row, measure, sweep};
-use hbao::settings::Method;
+use hbao::settings::{Method, Settings};
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -100,7 +100,22 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
 /// The fields of a row in files, in their order.
 fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
-    let (s, e) = (&row.settings, &row.errors);
+    let e = &row.errors;
+    let mut all = settings_fields(&row.settings);
+    all.extend([
+        ("ms", row.ms.into()),
+        ("rmse", e.rmse.into()),
+        ("mae", e.mae.into()),
+        ("bias", e.bias.into()),
+        ("max", e.max.into()),
+        ("flip", e.flip.into()),
+        ("pareto", row.pareto.into()),
+    ]);
+    all
+}
+
+/// Those that tell the settings.
+pub(super) fn settings_fields(s: &Settings) -> Vec<(&'static str, serde_json::Value)> {
     let blur = match s.method {
         Method::None => 0,
         // Its own.
@@ -126,13 +141,6 @@ fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
         ("ao_format", s.ao_format.name().into()),
         ("normal_format", s.normal_format.name().into()),
         ("depth_format", s.depth_format.name().into()),
-        ("ms", row.ms.into()),
-        ("rmse", e.rmse.into()),
-        ("mae", e.mae.into()),
-        ("bias", e.bias.into()),
-        ("max", e.max.into()),
-        ("flip", e.flip.into()),
-        ("pareto", row.pareto.into()),
     ]
 }
 
@@ -155,9 +163,8 @@ fn as_csv(rows: &[Row]) -> String {
     text
 }
 
-/// What tells a row from others of its method.
-fn words(row: &Row) -> String {
-    let s = &row.settings;
+/// What tells settings from others of their method.
+pub(super) fn words(s: &Settings) -> String {
     let samples = match s.method {
         Method::Ssao => format!("{}", s.ssao_samples),
         Method::RayMarch => format!("{}/{}/{}", s.directions, s.rays, s.steps),
@@ -171,7 +178,7 @@ fn words(row: &Row) -> String {
     if s.method != Method::Ssao && s.method != Method::None {
         extras.push(format!("blur {}", s.blur));
     }
-    let own = hbao::Settings::for_method(s.method);
+    let own = Settings::for_method(s.method);
     for (value, usual) in [
         (s.blur_kernel.name(), own.blur_kernel.name()),
         (s.ao_format.name(), own.ao_format.name()),
@@ -198,7 +205,7 @@ fn table(rows: &[Row]) -> String {
             "{} {:<12}{:<32}{:>9.2}{:>9.4}{:>9.4}{:>+9.4}{:>8.3}{:>8}",
             if row.pareto { '*' } else { ' ' },
             row.settings.method.name(),
-            words(row),
+            words(&row.settings),
             row.ms,
             e.rmse,
             e.mae,

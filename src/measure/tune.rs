@@ -138,6 +138,20 @@ pub struct Tuned {
     pub best: Option<usize>,
 }
 
+impl Tuned {
+    /// The answer, and then those of the timed that came nearest to it: that would have won with the least change of what
+    /// is limited and of what is sought, both as factors.
+    pub fn nearest(&self, goal: Goal, count: usize) -> Vec<usize> {
+        let of = |i: usize| Some(goal.of(self.tried[i].ms()?, self.tried[i].rmse?));
+        let Some((best, (_, sought))) = self.best.and_then(|i| Some((i, of(i)?))) else { return Vec::new() };
+        let excess = |(share, value): (f64, f64)| share.max(1.0) * (value / sought.max(1e-9)).max(1.0);
+        let others = (0..self.tried.len()).filter(|&i| i != best);
+        let mut others: Vec<(usize, f64)> = others.filter_map(|i| Some((i, excess(of(i)?)))).collect();
+        others.sort_by(|a, b| a.1.total_cmp(&b.1));
+        [best].into_iter().chain(others.into_iter().map(|(i, _)| i)).take(count).collect()
+    }
+}
+
 /// A search on one view.
 pub struct Tuner<'a> {
     gl: Arc<glow::Context>,
@@ -242,10 +256,10 @@ impl<'a> Tuner<'a> {
                 self.tried.push(tried);
                 progress(self.tried.len(), all);
             }
-            let leaders = self.leaders(goal);
-            // Wider formats cost memory: to reach an error they are tried where nothing else does.
-            let reached = leaders.iter().any(|&i| self.share(i, goal).is_some_and(|share| share <= 1.0));
-            let wide = round > 0 && (!reached || matches!(goal, Goal::MaxMs(_)));
+            // Wider formats cost memory and gain little: they are varied where nothing else reaches an error.
+            let reached = (0..self.tried.len()).any(|i| self.share(i, goal).is_some_and(|share| share <= 1.0));
+            let wide = round > 0 && !reached && matches!(goal, Goal::MaxError(_));
+            let leaders = self.leaders(goal, wide);
             next = leaders.iter().flat_map(|&i| self.space.around(&self.tried[i].settings, wide)).collect();
         }
         if self.tried.iter().all(|tried| tried.rmse.is_none()) {
@@ -325,9 +339,10 @@ impl<'a> Tuner<'a> {
 
     /// What is worth varying: the best of those that meet the goal, and those that nearly do and would be better. Where
     /// there are none, those nearest to it.
-    fn leaders(&self, goal: Goal) -> Vec<usize> {
-        let mut open: Vec<(usize, f64)> =
-            (0..self.tried.len()).filter_map(|i| Some((i, self.share(i, goal)?))).collect();
+    fn leaders(&self, goal: Goal, wide: bool) -> Vec<usize> {
+        let usual = |&i: &usize| wide || !self.space.is_wide(&self.tried[i].settings);
+        let all = (0..self.tried.len()).filter(usual);
+        let mut open: Vec<(usize, f64)> = all.filter_map(|i| Some((i, self.share(i, goal)?))).collect();
         let sought = |i: usize| {
             let tried = &self.tried[i];
             tried.ms().zip(tried.rmse).map_or(f64::INFINITY, |(ms, rmse)| goal.of(ms, rmse).1)
