@@ -16,7 +16,12 @@ const RAYS: &str = "--truth-rays 32";
 fn hbao(folder: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hbao"))
         .current_dir(folder)
-        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        // A search compiles the same blur hundreds of times. Mesa's cache may hide a compile error, which other tests look
+        // for; here it is these tests' own.
+        .env_remove("MESA_SHADER_CACHE_DISABLE")
+        .env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"))
+        // On images as small, threads wait for each other.
+        .env("LP_NUM_THREADS", "1")
         .args(arguments.split_whitespace())
         .output()
         .unwrap()
@@ -62,8 +67,11 @@ fn rendered_rmse(folder: &Path, view: &str, truth: &str) -> f64 {
 fn the_image_of_the_file_written_has_the_rmse_promised() {
     for (view, goal) in [
         ("nave --size 48x36", "--max-error 0.2"),
-        ("cornell-box --size 48x36 --radius 120", "--max-error 0.1"),
-        ("cornell-box --size 47x35 --radius 120", "--max-ms 1000 --method hbao --half-res --directions 4"),
+        ("cornell-box --size 48x36 --radius 120", "--max-error 0.15 --method hbao --blur 5"),
+        (
+            "cornell-box --size 47x35 --radius 120",
+            "--max-ms 1000 --method hbao --half-res --directions 4 --jitter tile",
+        ),
         ("cornell-box --size 40x30", "--max-error 0.2 --method ssao --msaa 2"),
     ] {
         let folder = tempfile::tempdir().unwrap();
@@ -74,7 +82,7 @@ fn the_image_of_the_file_written_has_the_rmse_promised() {
         assert!(said.contains(&format!("{promised:.4}")), "{said}");
         // What the file says beside the settings.
         let table: toml::Table = fs::read_to_string(folder.path().join("t.toml")).unwrap().parse().unwrap();
-        assert_eq!(table["render"]["rmse"].as_float(), Some(promised));
+        assert!((table["render"]["rmse"].as_float().unwrap() - promised).abs() < 1e-12);
         let same = |knob: &str| best(&report)[knob] == settings.to_toml()[knob].to_string().trim_matches('"');
         assert!(same("method") && same("jitter") && same("edges"), "{}", settings.to_toml());
     }
@@ -83,7 +91,8 @@ fn the_image_of_the_file_written_has_the_rmse_promised() {
 #[test]
 fn the_library_reads_the_file_and_renders_the_same() {
     let folder = tempfile::tempdir().unwrap();
-    let (settings, report, _) = tune(folder.path(), "cornell-box --size 48x36 --max-error 0.1 --method hbao");
+    let (settings, report, _) =
+        tune(folder.path(), "cornell-box --size 48x36 --max-error 0.15 --method hbao --steps 4 --jitter none");
     // Units, since a library does not know how large a scene is.
     let radius = settings.radius_units().unwrap();
     assert!(radius > 0.0);
@@ -96,7 +105,7 @@ fn the_library_reads_the_file_and_renders_the_same() {
     let covered = pipeline.depth().unwrap().map(|z| z.is_finite());
     let truth = exr::read::<f32>(&folder.path().join("truth.exr")).unwrap();
     let embedded = rmse(&pipeline.ao().unwrap(), &truth, &covered).unwrap();
-    assert!((embedded - found).abs() < 1e-6 && best(&report)["rmse"].as_f64().unwrap() <= 0.1);
+    assert!((embedded - found).abs() < 1e-6 && best(&report)["rmse"].as_f64().unwrap() <= 0.15);
 }
 
 #[test]
@@ -124,8 +133,7 @@ fn what_was_given_is_kept_and_the_rest_is_searched() {
 fn without_an_edge_pixel_no_blur_goes_around_samples() {
     let folder = tempfile::tempdir().unwrap();
     // Into a corner: two walls that meet, and no silhouette.
-    let corner =
-        "--size 40x30 --eye 278,273,200 --target 550,273,559 --fov-y 30 --max-error 0.2 --blur 9 --method hbao";
+    let corner = "--size 40x30 --eye 278,273,200 --target 550,273,559 --fov-y 30 --max-error 0.2 --blur 9 --steps 8 --method hbao";
     let (settings, report, said) = tune(folder.path(), corner);
     assert_eq!(report["view"]["edge_pixels"], 0);
     assert!(report["view"]["samples"].as_u64().unwrap() > 1, "there are samples, and nothing in them");
@@ -164,9 +172,8 @@ fn steps_below_a_texel_are_rejected_unrendered() {
 fn a_looser_error_is_reached_with_less_and_every_row_says_what_became_of_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut rendered = usize::MAX;
-    for limit in [0.17, 0.25, 0.9] {
-        let (settings, report, said) =
-            tune(folder.path(), &format!("nave --size 48x36 --max-error {limit} --json t.json"));
+    for limit in [0.2, 0.25, 0.9] {
+        let (settings, report, said) = tune(folder.path(), &format!("nave --size 48x36 --max-error {limit}"));
         let all = rows(&report);
         let with = |row: &&Value| row["rmse"].is_number();
         assert!(all.iter().filter(with).count() <= rendered, "{limit}: it renders no more than for a tighter error");
@@ -197,8 +204,10 @@ fn a_looser_error_is_reached_with_less_and_every_row_says_what_became_of_it() {
 #[test]
 fn a_depth_beyond_16_bits_is_not_rendered_in_them() {
     let folder = tempfile::tempdir().unwrap();
-    let (settings, report, _) =
-        tune(folder.path(), "cornell-box --size 24x18 --far 70000 --max-ms 1000 --method crease");
+    let (settings, report, _) = tune(
+        folder.path(),
+        "cornell-box --size 24x18 --far 70000 --max-ms 1000 --method crease --directions 4 --jitter none",
+    );
     assert_eq!(settings.depth_format, DepthFormat::R32f);
     let narrow: Vec<_> = rows(&report).iter().filter(|row| row["depth_format"] == "r16f").collect();
     assert!(!narrow.is_empty() && narrow.iter().all(|row| row["verdict"] == "depth-too-far"));
@@ -211,14 +220,23 @@ fn what_cannot_be_reached_ends_in_one_line_and_leaves_no_file() {
     for (code, arguments, parts) in [
         (
             1,
-            "nave --size 24x18 --max-error 1e-6 -o t.toml --method hbao",
+            "nave --size 24x18 --max-error 1e-6 -o t.toml --method ssao --ssao-samples 8",
             vec!["has an RMSE of at most 0.000001", "the least is 0."],
         ),
-        (1, "nave --size 24x18 --max-ms 1e-9 -o t.toml --method hbao", vec!["the fastest takes ", "hbao 1/1"]),
         (
             1,
-            "nave --size 24x18 --eye 0,900,0 --target 0,2000,0 --max-ms 9 -o t.toml",
+            "nave --size 24x18 --max-ms 1e-9 -o t.toml --method crease --directions 2 --steps 2 --blur 0 --jitter none",
+            vec!["the fastest takes ", "crease 2/2"],
+        ),
+        (
+            1,
+            "nave --size 24x18 --eye 0,9,900 --target 0,9,2000 --max-ms 9 -o t.toml",
             vec!["no pixel of this view holds a surface"],
+        ),
+        (
+            1,
+            "nave --size 24x18 --max-ms 9 -o t.toml --method hbao --steps 99",
+            vec!["all 26 settings", "every step is below a texel"],
         ),
         (2, "nave -o t.toml", vec!["--max-error E, or --max-ms T"]),
         (2, "nave --max-error 0.1 --max-ms 5 -o t.toml", vec!["--max-error and --max-ms: give one"]),
@@ -241,8 +259,8 @@ fn what_cannot_be_reached_ends_in_one_line_and_leaves_no_file() {
         let last = stderr.lines().last().unwrap();
         assert!(parts.iter().all(|part| last.contains(part)), "{arguments}: no {parts:?} in {stderr}");
         let view = |line: &&str| !line.starts_with("hbao: view: ") && !line.starts_with("hbao: truth: ");
-        let wide = |line: &&str| !line.contains("R covers less than") && !line.contains("is an edge");
-        let lines = stderr.lines().filter(backend).filter(view).filter(wide).count();
+        let behind = |line: &&str| !line.contains("lies behind the camera");
+        let lines = stderr.lines().filter(backend).filter(view).filter(behind).count();
         assert!(lines == 1 && output.stdout.is_empty(), "{arguments}: {stderr}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{arguments}");
     }

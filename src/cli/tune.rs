@@ -26,8 +26,9 @@ milliseconds are those of ambient occlusion and its blur, as 'hbao trade' counts
 
 What is searched: method, directions, steps, rays, half-res, blur, edges, jitter, the formats, and of ssao its samples,
 depth, normals and curve. Each of these flags pins what it sets, and so does each line of --settings: the search varies
-only what is not given. The radius, attenuation, strength, bias, msaa and all other settings are never searched. RMSE does
-not see patterns: where the 4x4 pattern of the jitter should go, give --blur 9.
+only what is not given. The radius, attenuation, strength, bias, msaa and all other settings are never searched. An RMSE
+over all pixels sees neither the pattern of 4x4 pixels that the jitter leaves, nor bands, nor jagged edges, which are few:
+--jitter tile --blur 9 --edges supersample keeps what is there against them.
 
 How: each setting is rendered once for its error, the least work first, and none that takes more of the same work than
 one that already answers. What comes near the goal is varied knob by knob. Contenders are timed in interleaved rounds, the
@@ -197,8 +198,12 @@ fn nothing(tuned: &Tuned, goal: Goal) -> String {
         Goal::MaxMs(_) => tried.ms(),
     };
     let all = tuned.tried.iter().filter_map(|tried| Some((tried, value(tried)?)));
-    let Some((nearest, least)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else { return "nothing was rendered".into() };
-    let (count, settings) = (tuned.tried.len(), described(&nearest.settings, true));
+    let count = tuned.tried.len();
+    let Some((nearest, least)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let verdict = tuned.tried.first().map_or(Verdict::Open, |tried| tried.verdict);
+        return format!("all {count} settings are rejected unrendered: {}: pin less", why(verdict, goal));
+    };
+    let settings = described(&nearest.settings, true);
     match goal {
         Goal::MaxError(limit) => format!(
             "none of {count} settings has an RMSE of at most {limit}: the least is {least:.5}, of {settings}: allow as much, or \

@@ -262,8 +262,8 @@ impl<'a> Tuner<'a> {
             let leaders = self.leaders(goal, wide);
             next = leaders.iter().flat_map(|&i| self.space.around(&self.tried[i].settings, wide)).collect();
         }
-        if self.tried.iter().all(|tried| tried.rmse.is_none()) {
-            return Err(self.refusal.unwrap_or_else(|| Error::Usage("nothing is left to search".into())));
+        if let (Some(refusal), true) = (self.refusal.take(), self.tried.iter().all(|tried| tried.rmse.is_none())) {
+            return Err(refusal);
         }
         let best = self.contest(truth, goal, runs, progress)?;
         self.decide(goal, best);
@@ -390,16 +390,21 @@ impl<'a> Tuner<'a> {
             hopeful.truncate(CONTENDERS);
         }
         for contenders in hopeful.chunks(CONTENDERS) {
-            self.time(contenders, truth, goal, runs, &progress)?;
-            let measured: Vec<_> = contenders.iter().filter_map(|&i| Some((i, self.tried[i].measured()?))).collect();
-            let points: Vec<Measured> = measured.iter().map(|&(_, measured)| measured).collect();
-            if let Some(best) = choose(goal, &points) {
-                return Ok(Some(measured[best].0));
+            let finalists = self.time(contenders, truth, goal, runs, &progress)?;
+            if let Some(best) = self.choose(goal, &finalists).or_else(|| self.choose(goal, contenders)) {
+                return Ok(Some(best));
             }
         }
         Ok(None)
     }
 
+    fn choose(&self, goal: Goal, among: &[usize]) -> Option<usize> {
+        let measured: Vec<_> = among.iter().filter_map(|&i| Some((i, self.tried[i].measured()?))).collect();
+        let points: Vec<Measured> = measured.iter().map(|&(_, measured)| measured).collect();
+        choose(goal, &points).map(|best| measured[best].0)
+    }
+
+    /// Times contenders, and for longer the finalists, which are returned.
     fn time(
         &mut self,
         contenders: &[usize],
@@ -407,7 +412,7 @@ impl<'a> Tuner<'a> {
         goal: Goal,
         runs: usize,
         progress: &impl Fn(usize, usize),
-    ) -> Result<(), Error> {
+    ) -> Result<Vec<usize>, Error> {
         let most = contenders.len() * (runs + 1) + FINALISTS.min(contenders.len()) * (FINALIST_RUNS * runs + 1);
         let done = std::cell::Cell::new(0);
         let tick = || {
@@ -436,7 +441,7 @@ impl<'a> Tuner<'a> {
         let (which, mut passes): (Vec<usize>, Vec<_>) = finalists.into_iter().unzip();
         let times = interleaved(&mut passes, &mut self.timers, FINALIST_RUNS * runs, tick)?;
         which.iter().zip(times).for_each(|(&i, times)| self.tried[i].times.extend(times));
-        Ok(())
+        Ok(which)
     }
 
     /// Says of all that was rendered why it lost.

@@ -5,9 +5,9 @@ use crate::settings::{
     AoFormat, DepthFormat, Edges, Jitter, KNOBS, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
 };
 
-/// Directions and steps of the sweep, beside those of `trade`.
-const DIRECTIONS: [u32; 7] = [2, 3, 4, 6, 8, 12, 16];
-const STEPS: [u32; 8] = [2, 4, 6, 8, 12, 16, 24, 32];
+/// Directions and steps of the sweep, beside those of `trade`; what lies between is found from there.
+const DIRECTIONS: [u32; 4] = [2, 4, 8, 16];
+const STEPS: [u32; 5] = [2, 4, 8, 16, 32];
 /// Directions, rays and steps of the sweep of a pinned `ray-march`.
 const RAY_MARCH: ([u32; 4], [u32; 4], [u32; 3]) = ([2, 4, 8, 16], [1, 2, 4, 8], [4, 8, 16]);
 
