@@ -3,7 +3,7 @@
 //! What a view does not ask for is known before anything is rendered ([`Requirements`]). Of the rest each is rendered
 //! once, the least work first, since its error does not depend on time; those that can still win are timed roughly, and
 //! those near the goal are varied knob by knob. At last the contenders are timed in interleaved rounds, and the finalists
-//! of those for longer.
+//! of those for longer. It is no proof: settings far from all that is near the goal are not looked at.
 
 pub mod choice;
 mod space;
@@ -259,7 +259,7 @@ impl<'a> Tuner<'a> {
             // Wider formats cost memory and gain little: they are varied where nothing else reaches an error.
             let reached = (0..self.tried.len()).any(|i| self.share(i, goal).is_some_and(|share| share <= 1.0));
             let wide = round > 0 && !reached && matches!(goal, Goal::MaxError(_));
-            let leaders = self.leaders(goal, wide);
+            let leaders = self.leaders(goal, round, wide);
             next = leaders.iter().flat_map(|&i| self.space.around(&self.tried[i].settings, wide)).collect();
         }
         if let (Some(refusal), true) = (self.refusal.take(), self.tried.iter().all(|tried| tried.rmse.is_none())) {
@@ -339,7 +339,7 @@ impl<'a> Tuner<'a> {
 
     /// What is worth varying: the best of those that meet the goal, and those that nearly do and would be better. Where
     /// there are none, those nearest to it.
-    fn leaders(&self, goal: Goal, wide: bool) -> Vec<usize> {
+    fn leaders(&self, goal: Goal, round: usize, wide: bool) -> Vec<usize> {
         let usual = |&i: &usize| wide || !self.space.is_wide(&self.tried[i].settings);
         let all = (0..self.tried.len()).filter(usual);
         let mut open: Vec<(usize, f64)> = all.filter_map(|i| Some((i, self.share(i, goal)?))).collect();
@@ -348,8 +348,15 @@ impl<'a> Tuner<'a> {
             tried.ms().zip(tried.rmse).map_or(f64::INFINITY, |(ms, rmse)| goal.of(ms, rmse).1)
         };
         open.sort_by(|a, b| sought(a.0).total_cmp(&sought(b.0)));
-        let meeting: Vec<usize> =
-            open.iter().filter(|(_, share)| *share <= 1.0).map(|(i, _)| *i).take(LEADERS).collect();
+        let mut meeting: Vec<usize> = open.iter().filter(|(_, share)| *share <= 1.0).map(|(i, _)| *i).collect();
+        // At first one of every method too: what is far behind in the sweep may be ahead with other counts.
+        let mut methods = HashSet::new();
+        let mut place = 0;
+        meeting.retain(|&i| {
+            place += 1;
+            let first = methods.insert(self.tried[i].settings.method.name());
+            place <= LEADERS || round == 0 && first
+        });
         let best = meeting.first().map_or(f64::INFINITY, |&i| sought(i));
         open.retain(|&(i, share)| share > 1.0 && (meeting.is_empty() || sought(i) < best));
         open.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -387,15 +394,24 @@ impl<'a> Tuner<'a> {
         if let (Goal::MaxError(_), Some(&fastest)) = (goal, hopeful.first()) {
             let most = NOISE * ms(fastest);
             hopeful.retain(|&i| ms(i) <= most);
-            hopeful.truncate(CONTENDERS);
         }
-        for contenders in hopeful.chunks(CONTENDERS) {
-            let finalists = self.time(contenders, truth, goal, runs, &progress)?;
-            if let Some(best) = self.choose(goal, &finalists).or_else(|| self.choose(goal, contenders)) {
-                return Ok(Some(best));
+        let mut best: Option<usize> = None;
+        loop {
+            // The machine may have been faster when the others were timed roughly: then they meet the best so far.
+            let beats = |i: usize| match (goal, best.and_then(|best| self.tried[best].ms())) {
+                (_, None) => true,
+                (Goal::MaxError(_), Some(ms)) => self.tried[i].rough_ms.is_some_and(|rough| rough < ms),
+                (Goal::MaxMs(_), Some(_)) => false,
+            };
+            let untimed = hopeful.iter().copied().filter(|&i| self.tried[i].times.is_empty() && beats(i));
+            let new: Vec<usize> = untimed.take(CONTENDERS).collect();
+            if new.is_empty() {
+                return Ok(best);
             }
+            let contenders: Vec<usize> = best.into_iter().chain(new).collect();
+            let finalists = self.time(&contenders, truth, goal, runs, &progress)?;
+            best = self.choose(goal, &finalists).or_else(|| self.choose(goal, &contenders)).or(best);
         }
-        Ok(None)
     }
 
     fn choose(&self, goal: Goal, among: &[usize]) -> Option<usize> {
