@@ -2,6 +2,27 @@
 // direction. Its float64 twin is src/reference/hbao_talk.rs.
 out float out_0;
 
+// h(theta), the highest of the tangent and the samples within R, and the horizon sample's |D|^2.
+struct Horizon {
+    float sine;
+    float squared;
+};
+
+// Sample i = 1..N_S.
+void look_at(inout Horizon h, Surface s, Direction d, int i)
+{
+    Sample S = sample_at(s, d, i);
+#ifdef FLOOR
+    h.sine += S.z;
+#else
+    float sine = -S.D.z * inversesqrt(S.squared);
+    bool higher = within(S) && sine > h.sine;
+    h.sine = higher ? sine : h.sine;
+    h.squared = higher ? S.squared : h.squared;
+#endif
+}
+#define LOOK_AT(i) look_at(h, s, d, i);
+
 void main()
 {
     Surface s = surface_at(gl_FragCoord.xy);
@@ -15,21 +36,9 @@ void main()
     for (int k = 0; k < N_D; ++k) {
         Direction d = direction(k, step_px, s.jitter);
         float tangent = sine_of_tangent(s, along(d) * pixel);
-        // h(theta), the highest of the tangent and the samples within R, and the horizon sample's |D|^2.
-        float horizon = tangent;
-        float squared = 0.0;
-        for (int i = 1; i <= N_S; ++i) {
-            Sample S = sample_at(s, d, i);
-#ifdef FLOOR
-            occlusion += S.z;
-#else
-            float sine = -S.D.z * inversesqrt(S.squared);
-            bool higher = within(S) && sine > horizon;
-            horizon = higher ? sine : horizon;
-            squared = higher ? S.squared : squared;
-#endif
-        }
-        occlusion += (horizon - tangent) * attenuation(squared);
+        Horizon h = Horizon(tangent, 0.0);
+        EACH_STEP(LOOK_AT)
+        occlusion += (h.sine - tangent) * attenuation(h.squared);
     }
     out_0 = clamp(1.0 - strength / float(N_D) * occlusion, 0.0, 1.0);
 }

@@ -1,12 +1,46 @@
 // Ambient occlusion by marching rays over the depth image: ShaderX7 6.2's brute force. Its float64 twin is
 // src/reference/ray_march.rs.
 //
-// Compiled in: N_D azimuths about the normal and their unit vectors (DIRECTIONS), N_R rays at each, N_S steps along each.
+// Compiled in: N_D azimuths about the normal and their unit vectors (DIRECTIONS), N_R rays at each, N_S steps along each
+// and EACH_STEP, as shared/sampling.glsl has it.
 out float out_0;
 
 uniform float near;
 
 const vec2 azimuths[N_D] = vec2[N_D](DIRECTIONS);
+
+// One ray in the image: texels from a step to the next, and the ray's own z or 1/z, from P on and by how much it rises
+// with each step.
+struct March {
+    vec2 stride;
+    float start;
+    float rise;
+};
+
+// Step i = 1..N_S of a ray. `stopped` is |D|^2 where a texel stops it, and below 0 where none has.
+void march_to(inout float stopped, Surface s, March ray, int i)
+{
+    float along = s.jitter.z + float(i);
+    vec2 q = clamp(s.p + floor(along * ray.stride + 0.5), vec2(0.5), size - 0.5);
+    float sample_z = depth_at(q);
+#ifdef FLOOR
+    stopped += sample_z;
+#else
+    float way = ray.start + along * ray.rise;
+#ifdef ORTHOGRAPHIC
+    bool in_front = sample_z < way;
+#else
+    bool in_front = sample_z * way < 1.0;
+#endif
+    vec3 D = from_surface(s, q - s.p, sample_z);
+    float squared = dot(D, D);
+    // Texels beyond R are passed over, and P's own, at D = 0.
+    bool within = squared <= radius * radius && sample_z < background && squared > 0.0;
+    stopped = in_front && within ? squared : stopped;
+#endif
+}
+// From E to P, so that the texel that is kept is the first one in front of the ray: it stops the ray.
+#define MARCH_TO(i) march_to(stopped, s, march, N_S + 1 - (i));
 
 void main()
 {
@@ -43,28 +77,9 @@ void main()
             // E.xy / E.z - r, without subtracting two projections: (z r + reach ray.xy) / E.z - r.
             vec2 stride = share * reach * end * (ray.xy - ray.z * s.r) / pixel;
 #endif
-            // From E to P, so that the texel that is kept is the first one in front of the ray: it stops the ray.
-            float stopped = -1.0; // |D|^2 there, or none
-            for (int i = N_S; i >= 1; --i) {
-                float along = s.jitter.z + float(i);
-                vec2 q = clamp(s.p + floor(along * stride + 0.5), vec2(0.5), size - 0.5);
-                float sample_z = depth_at(q);
-#ifdef FLOOR
-                occlusion += sample_z;
-#else
-                float way = start + along * rise; // z or 1/z
-#ifdef ORTHOGRAPHIC
-                bool in_front = sample_z < way;
-#else
-                bool in_front = sample_z * way < 1.0;
-#endif
-                vec3 D = from_surface(s, q - s.p, sample_z);
-                float squared = dot(D, D);
-                // Texels beyond R are passed over, and P's own, at D = 0.
-                bool within = squared <= radius * radius && sample_z < background && squared > 0.0;
-                stopped = in_front && within ? squared : stopped;
-#endif
-            }
+            March march = March(stride, start, rise);
+            float stopped = -1.0;
+            EACH_STEP(MARCH_TO)
             occlusion += stopped < 0.0 ? 0.0 : attenuation(stopped);
         }
     }

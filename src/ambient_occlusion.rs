@@ -146,6 +146,8 @@ pub(crate) enum Purpose {
     Floor,
     /// Which pixels are edges, and nothing else: A = 1.
     Edges,
+    /// The blur, over A = 1 in place of what the method would draw.
+    Blur,
 }
 
 /// Bits of the stencil.
@@ -185,12 +187,13 @@ impl Programs {
         let plan = Plan::new(settings, variant.samples.is_some());
         let depth = variant.method.depth;
         let ao = match purpose {
-            Purpose::Edges => None,
+            Purpose::Edges | Purpose::Blur => None,
             Purpose::Visibility | Purpose::Floor => MethodPass::new(gl, settings, variant.method)?,
         };
         let mut stencils = Vec::new();
         for (i, scale) in plan.scales.iter().enumerate() {
-            if (ao.is_some() || variant.samples.is_some()) && !plan.scales[..i].contains(scale) {
+            let masked = ao.is_some() || !plan.steps.is_empty() || variant.samples.is_some();
+            if masked && !plan.scales[..i].contains(scale) {
                 stencils.push((i, Background::new(gl, depth, *scale)?));
             }
         }
@@ -261,7 +264,7 @@ impl AmbientOcclusion {
         gl::check(&gl, PENDING)?;
         gl::check_size(&gl, size.0, size.1)?;
         let mut settings = settings.clone();
-        if purpose != Purpose::Visibility {
+        if matches!(purpose, Purpose::Floor | Purpose::Edges) {
             settings.blur = 0;
         }
         let _state = SavedState::save(&gl);

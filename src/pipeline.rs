@@ -28,6 +28,8 @@ pub struct Request {
     pub raw: bool,
     /// Keep which pixels are edges: those of several surfaces.
     pub edges: bool,
+    /// Leave the method's own pass out: the blur goes over A = 1, as in 'No AO' of Table 6.2.1.
+    pub without_ao: bool,
     /// Time the passes.
     pub timings: bool,
 }
@@ -41,7 +43,7 @@ pub struct Pipeline {
     settings: Settings,
     request: Request,
     size: (u32, u32),
-    targets: Targets,
+    targets: Arc<Targets>,
     /// Of the last kind of camera.
     gbuffer: Option<GBuffer>,
     ao: Option<AmbientOcclusion>,
@@ -65,13 +67,31 @@ impl Pipeline {
     ) -> Result<Pipeline, Error> {
         settings.validate()?;
         gl::check_size(gl, size.0, size.1)?;
-        let ao = match (request.gbuffer_only, request.edges) {
-            (true, false) => None,
-            (true, true) => Some(AmbientOcclusion::build(gl.clone(), size, settings, Purpose::Edges)?),
-            (false, _) => Some(AmbientOcclusion::new(gl.clone(), size, settings)?),
-        };
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, &mut notices)?;
+        Pipeline::with((gl, size), settings, request, (Arc::new(targets), notices))
+    }
+
+    /// One more pipeline that draws into this one's G-buffer, which settings that differ in its formats or samples must
+    /// not ask for: many of them, measured in turns, would not fit into memory with a G-buffer each.
+    pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
+        settings.validate()?;
+        Pipeline::with((&self.gl, self.size), settings, request, (self.targets.clone(), self.notices.clone()))
+    }
+
+    fn with(
+        (gl, size): (&Arc<glow::Context>, (u32, u32)),
+        settings: &Settings,
+        request: Request,
+        (targets, notices): (Arc<Targets>, Vec<String>),
+    ) -> Result<Pipeline, Error> {
+        let purpose = match request {
+            Request { gbuffer_only: true, edges: false, .. } => None,
+            Request { gbuffer_only: true, .. } => Some(Purpose::Edges),
+            Request { without_ao: true, .. } => Some(Purpose::Blur),
+            _ => Some(Purpose::Visibility),
+        };
+        let ao = purpose.map(|purpose| AmbientOcclusion::build(gl.clone(), size, settings, purpose)).transpose()?;
         let composite = match request.composite {
             Some(apply) if !request.gbuffer_only => {
                 let image = Texture::new(gl, "composite", Format::Rgba8, size.0, size.1)?;
@@ -109,7 +129,7 @@ impl Pipeline {
     pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
         self.check_depth_range(camera)?;
         let (gl, size, background) = (&self.gl, self.size, self.background());
-        let targets = &self.targets;
+        let targets = &*self.targets;
         let variant = gbuffer::Variant {
             normals: self.settings.normals,
             orthographic: matches!(camera.projection, Projection::Orthographic { .. }),

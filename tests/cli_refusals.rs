@@ -191,7 +191,7 @@ fn outputs_that_cannot_be_written() {
         (FAILED, "-o taken.png", "it is a folder"),
         (FAILED, "-o file/out.png", "cannot write file/out.png"),
         (FAILED, "-o out.png --dump none/new", "cannot write none/new"),
-        (FAILED, "-o out.png --dump file", "--dump takes a folder"),
+        (FAILED, "-o out.png --dump file", "it is a file, where a folder is wanted"),
         (FAILED, "-o new/color.png --dump new", "two outputs have this name"),
         (USAGE, "-o out.png --timings far.obj far.obj", "its name must end in .json"),
         (USAGE, "-o out.png --timings unknown.toml", "its name must end in .json"),

@@ -4,8 +4,9 @@ mod rig;
 
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
+use hbao::measure::trade;
 use hbao::reference;
-use hbao::settings::{BlurKernel, DepthFormat, Edges, Normals};
+use hbao::settings::{BlurKernel, DepthFormat, Edges, Method, Normals};
 use hbao::{AmbientOcclusion, DepthSamples, Inputs, Pipeline, Request, Settings};
 use rig::{FOUR_SAMPLES, Frame, Limits, SIZE, everywhere, hold, scenes};
 
@@ -184,6 +185,32 @@ fn the_colour_of_an_edge_is_the_mean_of_its_samples() {
         }
     }
     assert!(edges > 50);
+}
+
+/// Against a truth that is 1 but on edges, where it is 1/2, A = 1 has all of its error there.
+#[test]
+fn errors_of_one_sample_a_pixel_are_told_apart_on_edges() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let shot = scenes::box_on_a_floor();
+    let camera = shot.camera(SIZE);
+    let view = (&shot.mesh, &camera);
+    let frame = rig::render(context.gl(), &shot, SIZE, &multisample(shot.radius));
+    let open = Settings { method: Method::None, msaa: 1, ..multisample(shot.radius) };
+    let edges = trade::edges(context.gl(), view, SIZE, &open).unwrap();
+    assert_eq!(edges, frame.edges);
+    // Where the pixel's own centre holds a surface: others mix it with background.
+    let covered = rig::render(context.gl(), &shot, SIZE, &open).covered();
+    let on_edges = (0..edges.texels.len()).filter(|&i| edges.texels[i] && covered.texels[i]).count();
+    let all_edges = edges.texels.iter().filter(|&&edge| edge).count();
+    assert!(on_edges > 50 && on_edges < all_edges, "{on_edges} of {all_edges}");
+    let truth = edges.map(|edge| if edge { 0.5 } else { 1.0 });
+    let rows = trade::measure(context.gl(), view, (&truth, &covered), &[open], 1, || {}).unwrap();
+    let (all, edge) = (rows[0].errors, rows[0].edge_errors.unwrap());
+    assert_eq!([edge.rmse, edge.mae, edge.bias, edge.max], [0.5; 4]);
+    assert_eq!(edge.pixels, on_edges);
+    assert!((all.bias * all.pixels as f64 - edge.bias * edge.pixels as f64).abs() < 1e-9);
+    // What is around is seen with them.
+    assert!(edge.flip.is_none_or(|flip| flip > all.flip.unwrap_or(1.0)));
 }
 
 #[test]

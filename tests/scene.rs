@@ -259,6 +259,33 @@ const MTL: &str = "newmtl red\nKd 1 0 0\nnewmtl none\nillum 2.0\nd -halo 0.5\nKa
     Kd 0.25 # grey\nnewmtl wild\nKd -1 7 0.5\n";
 
 #[test]
+fn a_mesh_cut_finer_is_the_same_surface() {
+    let coarse = Scene::open("cornell-box").unwrap().mesh;
+    let fine = coarse.subdivided();
+    assert_eq!(fine.triangles.len(), 4 * coarse.triangles.len());
+    assert_eq!(fine.bounds(), coarse.bounds());
+    assert!((area(&fine) / area(&coarse) - 1.0).abs() < 1e-12);
+    for (before, after) in coarse.groups.iter().zip(&fine.groups) {
+        assert_eq!((before.colour, 4 * before.triangles.end), (after.colour, after.triangles.end));
+    }
+    let cross = |mesh: &Mesh, triangle: &[u32; 3]| {
+        let [a, b, c] = corners(mesh, triangle);
+        (b - a).cross(c - a)
+    };
+    for (i, triangle) in coarse.triangles.iter().enumerate() {
+        let whole = cross(&coarse, triangle);
+        for part in &fine.triangles[4 * i..4 * i + 4] {
+            // A quarter of it each, wound as it is.
+            assert!((4.0 * cross(&fine, part) - whole).length() <= 1e-9 * whole.length());
+        }
+    }
+    // Two triangles on one side: 4 corners and 5 sides.
+    let square = load("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 2\nf 1//1 2//1 3//1 4//1\n").subdivided();
+    assert_eq!((square.positions.len(), square.triangles.len()), (9, 8));
+    assert!(square.vertex_normals().iter().all(|&n| n == DVec3::Z));
+}
+
+#[test]
 fn materials_give_colours_and_triangles_are_sorted_by_them() {
     let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl red\nf 2 3 4\nf 1 2 4\n\
         usemtl a name #2\nf 1 3 4\ng x\nusemtl\tred\nf 3 2 1\nusemtl wild\nusemtl none\nf 4 3 2\n";

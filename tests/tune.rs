@@ -2,7 +2,7 @@
 
 use hbao::context::{Backend, Context};
 use hbao::image::{Image, exr};
-use hbao::measure::errors::rmse;
+use hbao::measure::errors::Errors;
 use hbao::scene::{CORNELL_BOX, Scene};
 use hbao::settings::{DepthFormat, Edges, Method};
 use hbao::{Pipeline, Request, Settings};
@@ -60,7 +60,7 @@ fn rendered_rmse(folder: &Path, view: &str, truth: &str) -> f64 {
     }
     let read = |name: &str| -> Image<f32> { exr::read(&folder.join(name)).unwrap() };
     let covered = read("dumped/depth.exr").map(|z| z.is_finite());
-    rmse(&read("dumped/ao.exr"), &read("truth.exr"), &covered).unwrap()
+    Errors::of(&read("dumped/ao.exr"), &read("truth.exr"), &covered).unwrap().rmse
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn the_library_reads_the_file_and_renders_the_same() {
     pipeline.render(&scene.mesh, &camera).unwrap();
     let covered = pipeline.depth().unwrap().map(|z| z.is_finite());
     let truth = exr::read::<f32>(&folder.path().join("truth.exr")).unwrap();
-    let embedded = rmse(&pipeline.ao().unwrap(), &truth, &covered).unwrap();
+    let embedded = Errors::of(&pipeline.ao().unwrap(), &truth, &covered).unwrap().rmse;
     assert!((embedded - found).abs() < 1e-6 && best(&report)["rmse"].as_f64().unwrap() <= 0.15);
 }
 

@@ -1,6 +1,7 @@
 // The samples about a pixel: ShaderX7 6.2, Directions and jittering, Variable step size, Snapping.
 //
-// Compiled in: N_D, N_S, DIRECTIONS (the N_D unit vectors at angles 2 pi k / N_D), and one each of SNAP_*, CLAMP_*.
+// Compiled in: N_D, N_S, DIRECTIONS (the N_D unit vectors at angles 2 pi k / N_D), EACH_STEP(step), which is step(1)
+// step(2) and so on to step(N_S), and one each of SNAP_*, CLAMP_*.
 const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
 
 // The step between two samples, in texels. Where it is below 1 on either axis, A is 1: the chapter's early exit.

@@ -81,10 +81,7 @@ pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) 
 /// The shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
-    let mut all = vec![
-        Arg::new("scene").value_name("SCENE").help(scene),
-        valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]"),
-    ];
+    let mut all = vec![Arg::new("scene").value_name("SCENE").help(scene), size_argument()];
     all.extend(
         [
             signed("eye", "X,Y,Z", "Where the eye stands [default: the scene's own, or the whole scene is framed]"),
@@ -109,8 +106,28 @@ pub(crate) fn arguments() -> Vec<Arg> {
         "Read the settings above from a TOML file, or from an image written here; flags win over it",
     );
     all.push(file.help_heading("Settings"));
-    all.push(valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", "))));
+    all.push(backend_argument());
     all
+}
+
+/// `--size`.
+pub(crate) fn size_argument() -> Arg {
+    valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]")
+}
+
+/// What `--size` says.
+pub(crate) fn read_size(matches: &ArgMatches) -> Result<(u32, u32), Error> {
+    size(text(matches, "size").unwrap_or("1600x1200"))
+}
+
+/// `--backend`.
+pub(crate) fn backend_argument() -> Arg {
+    valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", ")))
+}
+
+/// What `--backend` says.
+pub(crate) fn read_backend(matches: &ArgMatches) -> Result<Backend, Error> {
+    text(matches, "backend").unwrap_or("auto").parse()
 }
 
 /// `--truth-rays`.
@@ -173,9 +190,9 @@ impl Flags {
         let given = |knob: &'static Knob| text(matches, knob.name).map(|text| (knob, text.to_string()));
         let flags = Flags {
             scene: text(matches, "scene").unwrap_or(CORNELL_BOX).into(),
-            size: size(text(matches, "size").unwrap_or("1600x1200"))?,
+            size: read_size(matches)?,
             view,
-            backend: text(matches, "backend").unwrap_or("auto").parse()?,
+            backend: read_backend(matches)?,
             file: matches.get_one::<PathBuf>("settings").map(|path| settings_file(path)).transpose()?,
             knobs: KNOBS.iter().filter_map(given).collect(),
         };

@@ -4,7 +4,9 @@
 
 mod bench;
 mod flags;
+mod folder;
 mod info;
+mod paper;
 mod picture;
 mod plot;
 mod render;
@@ -34,6 +36,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("trade", matches)) => trade::run(matches),
         Some(("tune", matches)) => tune::run(matches),
         Some(("bench", matches)) => bench::run(matches),
+        Some(("paper", matches)) => paper::run(matches),
         Some(("info", _)) => info::run(),
         // clap lets no other through.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
@@ -56,6 +59,7 @@ fn command() -> Command {
         .subcommand(trade::command())
         .subcommand(tune::command())
         .subcommand(bench::command())
+        .subcommand(paper::command())
         .subcommand(info::command())
 }
 

@@ -1,6 +1,7 @@
 //! `hbao render`: a scene to an image, and on request to every image on the way to it.
 
 use super::flags::{self, Flags, Opened};
+use super::folder::MadeFolder;
 use super::picture::{FileFormat, Show, encode};
 use super::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -11,8 +12,7 @@ use hbao::scene::Camera;
 use hbao::settings::{Method, Settings};
 use hbao::{Apply, Error, PassTime, Pipeline, Request, rotation_tile};
 use serde_json::json;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
@@ -104,6 +104,7 @@ impl Wanted {
             raw: self.show == Show::AoRaw || self.dump.is_some(),
             edges: self.show == Show::Edges || self.dump.is_some(),
             timings: self.timings.is_some(),
+            ..Request::default()
         }
     }
 
@@ -160,35 +161,6 @@ fn decides_edges(flag: &str, settings: &Settings) -> bool {
         "radius" => settings.blur_depth_sigma.is_none() && settings.method != Method::Ssao,
         "ssao-samples" => settings.blur_depth_sigma.is_none() && settings.method == Method::Ssao,
         _ => false,
-    }
-}
-
-/// A folder made for `--dump`, which goes again unless it is kept.
-struct MadeFolder(Option<PathBuf>);
-
-impl MadeFolder {
-    fn ensure(path: &Path) -> Result<MadeFolder, Error> {
-        if path.is_dir() {
-            return Ok(MadeFolder(None));
-        }
-        let refused = |what: String| Error::Output { path: path.into(), what };
-        if path.exists() {
-            return Err(refused("it is a file: --dump takes a folder".into()));
-        }
-        fs::create_dir(path).map_err(|e| refused(format!("the folder cannot be made: {e}")))?;
-        Ok(MadeFolder(Some(path.into())))
-    }
-
-    fn keep(mut self) {
-        self.0 = None;
-    }
-}
-
-impl Drop for MadeFolder {
-    fn drop(&mut self) {
-        if let Some(path) = &self.0 {
-            let _ = fs::remove_dir(path);
-        }
     }
 }
 

@@ -116,7 +116,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     })?;
     progress.finish_and_clear();
     let Some(best) = tuned.best.map(|i| &tuned.tried[i]) else { return Err(failed(nothing(&tuned, goal))) };
-    let rmse = best.rmse.unwrap_or(f64::NAN);
+    let rmse = best.rmse().unwrap_or(f64::NAN);
     let against = if let Goal::MaxError(limit) = goal { limit } else { rmse };
     if traced.noise_rmse > against / 5.0 {
         say(&format!(
@@ -194,7 +194,7 @@ fn asked(requirements: &Requirements, base: &Settings) -> Vec<String> {
 /// What came nearest where nothing meets the goal.
 fn nothing(tuned: &Tuned, goal: Goal) -> String {
     let value = |tried: &Tried| match goal {
-        Goal::MaxError(_) => tried.rmse,
+        Goal::MaxError(_) => tried.rmse(),
         Goal::MaxMs(_) => tried.ms(),
     };
     let all = tuned.tried.iter().filter_map(|tried| Some((tried, value(tried)?)));
@@ -249,9 +249,9 @@ fn summary(tuned: &Tuned, goal: Goal) -> String {
     for verdict in unrendered {
         line(of(verdict).count(), &format!("not rendered: {}", why(verdict, goal)));
     }
-    let least = of(Verdict::TooInaccurate).min_by(|a, b| a.rmse.unwrap_or(1.0).total_cmp(&b.rmse.unwrap_or(1.0)));
+    let least = of(Verdict::TooInaccurate).min_by(|a, b| a.rmse().unwrap_or(1.0).total_cmp(&b.rmse().unwrap_or(1.0)));
     if let (Some(least), Goal::MaxError(limit)) = (least, goal) {
-        let rmse = least.rmse.unwrap_or(1.0);
+        let rmse = least.rmse().unwrap_or(1.0);
         let best = described(&least.settings, true);
         line(of(Verdict::TooInaccurate).count(), &format!("with an RMSE above {limit}, at best {rmse:.5} ({best})"));
     }
@@ -300,7 +300,7 @@ fn table(tuned: &Tuned, goal: Goal, requirements: &Requirements) -> String {
             described(&tried.settings, edges),
             tried.ms().unwrap_or(f64::NAN),
             spread,
-            tried.rmse.unwrap_or(f64::NAN),
+            tried.rmse().unwrap_or(f64::NAN),
             why(tried.verdict, goal)
         );
     }
@@ -327,7 +327,7 @@ fn as_json(tried: &Tried) -> serde_json::Value {
         ("runs", tried.times.len().into()),
         ("ms_min", timed.then_some(low).into()),
         ("ms_max", timed.then_some(high).into()),
-        ("rmse", tried.rmse.into()),
+        ("rmse", tried.rmse().into()),
         ("mae", e.map(|e| e.mae).into()),
         ("bias", e.map(|e| e.bias).into()),
         ("max", e.map(|e| e.max).into()),

@@ -14,9 +14,11 @@ pub struct Errors {
     pub bias: f64,
     /// The largest absolute difference.
     pub max: f64,
-    /// The mean over the same pixels of FLIP (Andersson et al. 2020) between both as 8-bit grey pictures, at 67 pixels a
-    /// degree: 0 where nobody sees a difference, at most 1. None where the crate was built without it.
+    /// The mean over the same pixels of FLIP (Andersson et al. 2020) between both as 8-bit grey pictures, at 67 pixels
+    /// a degree: 0 where nobody sees a difference, at most 1. None where the crate was built without it.
     pub flip: Option<f64>,
+    /// How many pixels were compared.
+    pub pixels: usize,
 }
 
 impl Errors {
@@ -25,57 +27,84 @@ impl Errors {
     /// # Errors
     /// Images of different sizes, or a mask that leaves no pixel.
     pub fn of(got: &Image<f32>, truth: &Image<f32>, mask: &Image<bool>) -> Result<Errors, Error> {
-        let sizes = [(got.width, got.height), (truth.width, truth.height), (mask.width, mask.height)];
-        if sizes[0] != sizes[1] || sizes[0] != sizes[2] {
-            return Err(Error::Usage(format!("images of different sizes cannot be compared: {sizes:?}")));
-        }
+        let errors = Comparison::new(got, truth)?.over(mask)?;
+        errors.ok_or_else(Errors::of_nothing)
+    }
+
+    /// What there is to say where the mask leaves no pixel.
+    pub fn of_nothing() -> Error {
+        Error::Usage("no pixel holds a surface: there is nothing to compare".into())
+    }
+}
+
+/// Two images side by side, to be compared over several sets of pixels: what FLIP sees at a pixel depends on those
+/// about it, so its map is that of the whole images and made once.
+pub struct Comparison {
+    size: (usize, usize),
+    differences: Vec<f64>,
+    flip: Option<Vec<f32>>,
+}
+
+impl Comparison {
+    /// `got` less `truth`.
+    ///
+    /// # Errors
+    /// Images of different sizes.
+    pub fn new(got: &Image<f32>, truth: &Image<f32>) -> Result<Comparison, Error> {
+        Ok(Comparison { flip: flip(got, truth), ..Comparison::without_flip(got, truth)? })
+    }
+
+    /// The same without FLIP, which takes longest and means nothing where the truth is not known about each pixel too.
+    ///
+    /// # Errors
+    /// Images of different sizes.
+    pub fn without_flip(got: &Image<f32>, truth: &Image<f32>) -> Result<Comparison, Error> {
+        let size = (got.width, got.height);
+        same_size(size, (truth.width, truth.height))?;
+        let differences = got.texels.iter().zip(&truth.texels).map(|(&a, &b)| f64::from(a) - f64::from(b)).collect();
+        Ok(Comparison { size, differences, flip: None })
+    }
+
+    /// The errors where `mask` is true; none where it is nowhere.
+    ///
+    /// # Errors
+    /// A mask of another size.
+    pub fn over(&self, mask: &Image<bool>) -> Result<Option<Errors>, Error> {
+        same_size(self.size, (mask.width, mask.height))?;
         let compared: Vec<usize> = (0..mask.texels.len()).filter(|&i| mask.texels[i]).collect();
-        if compared.is_empty() {
-            return Err(Error::Usage("no pixel holds a surface: there is nothing to compare".into()));
-        }
-        let difference = |&i: &usize| f64::from(got.texels[i]) - f64::from(truth.texels[i]);
-        let mean =
-            |f: &dyn Fn(f64) -> f64| compared.iter().map(|i| f(difference(i))).sum::<f64>() / compared.len() as f64;
-        Ok(Errors {
-            rmse: mean(&|d| d * d).sqrt(),
-            mae: mean(&f64::abs),
-            bias: mean(&|d| d),
-            max: compared.iter().map(|i| difference(i).abs()).fold(0.0, f64::max),
-            flip: flip(got, truth, &compared),
-        })
+        let mean = |f: &dyn Fn(usize) -> f64| compared.iter().map(|&i| f(i)).sum::<f64>() / compared.len() as f64;
+        let difference = |i: usize| self.differences[i];
+        Ok((!compared.is_empty()).then(|| Errors {
+            rmse: mean(&|i| difference(i).powi(2)).sqrt(),
+            mae: mean(&|i| difference(i).abs()),
+            bias: mean(&difference),
+            max: compared.iter().map(|&i| difference(i).abs()).fold(0.0, f64::max),
+            flip: self.flip.as_ref().map(|map| mean(&|i| f64::from(map[i]))),
+            pixels: compared.len(),
+        }))
     }
 }
 
-/// [`Errors::rmse`] alone: FLIP takes longer than a fast method's rendering.
-///
-/// # Errors
-/// As [`Errors::of`].
-pub fn rmse(got: &Image<f32>, truth: &Image<f32>, mask: &Image<bool>) -> Result<f64, Error> {
-    let sizes = [(got.width, got.height), (truth.width, truth.height), (mask.width, mask.height)];
-    if sizes[0] != sizes[1] || sizes[0] != sizes[2] {
-        return Err(Error::Usage(format!("images of different sizes cannot be compared: {sizes:?}")));
+fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), Error> {
+    if a == b {
+        Ok(())
+    } else {
+        Err(Error::Usage(format!("images of different sizes cannot be compared: {a:?}, {b:?}")))
     }
-    let differences = got.texels.iter().zip(&truth.texels).map(|(&a, &b)| f64::from(a) - f64::from(b));
-    let squares = differences.zip(&mask.texels).filter(|&(_, &compared)| compared).map(|(d, _)| d * d);
-    let (sum, count) = squares.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
-    if count == 0 {
-        return Err(Error::Usage("no pixel holds a surface: there is nothing to compare".into()));
-    }
-    Ok((sum / f64::from(count)).sqrt())
 }
 
+/// FLIP at each pixel.
 #[cfg(feature = "cli")]
-fn flip(got: &Image<f32>, truth: &Image<f32>, compared: &[usize]) -> Option<f64> {
+fn flip(got: &Image<f32>, truth: &Image<f32>) -> Option<Vec<f32>> {
     let grey = |image: &Image<f32>| {
         let bytes: Vec<u8> = image.texels.iter().flat_map(|a| [(a.clamp(0.0, 1.0) * 255.0).round() as u8; 3]).collect();
         nv_flip::FlipImageRgb8::with_data(image.width as u32, image.height as u32, &bytes)
     };
-    let map = nv_flip::flip(grey(truth), grey(got), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec();
-    Some(compared.iter().map(|&i| f64::from(map[i])).sum::<f64>() / compared.len() as f64)
+    Some(nv_flip::flip(grey(truth), grey(got), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec())
 }
 
 #[cfg(not(feature = "cli"))]
-fn flip(_: &Image<f32>, _: &Image<f32>, _: &[usize]) -> Option<f64> {
+fn flip(_: &Image<f32>, _: &Image<f32>) -> Option<Vec<f32>> {
     None
 }
 
@@ -91,11 +120,23 @@ mod tests {
         let errors = Errors::of(&got, &truth, &mask).unwrap();
         assert_eq!((errors.rmse, errors.mae, errors.max), (0.25, 0.25, 0.25));
         assert!((errors.bias - 0.25 / 3.0).abs() < 1e-12);
+        assert_eq!(errors.pixels, 3);
         assert!(Errors::of(&got, &truth, &mask.map(|_| false)).is_err());
         assert!(Errors::of(&got, &Image::filled(1, 2, 0.5), &mask).is_err());
-        assert_eq!(rmse(&got, &truth, &mask).unwrap(), 0.25);
-        assert!(rmse(&got, &truth, &mask.map(|_| false)).is_err());
-        assert!(rmse(&got, &Image::filled(1, 2, 0.5), &mask).is_err());
+    }
+
+    #[test]
+    fn one_comparison_tells_sets_of_pixels_apart() {
+        let truth = Image::filled(8, 4, 0.5f32);
+        let got = Image::from_fn(8, 4, |x, _| if x < 2 { 0.9 } else { 0.5 });
+        let comparison = Comparison::new(&got, &truth).unwrap();
+        let left = Image::from_fn(8, 4, |x, _| x < 2);
+        let errors = [&left, &left.map(|in_left| !in_left)].map(|mask| comparison.over(mask).unwrap().unwrap());
+        assert!((errors[0].rmse - 0.4).abs() < 1e-6 && errors[1].rmse == 0.0);
+        assert_eq!(errors.map(|errors| errors.pixels), [8, 24]);
+        assert_eq!(errors[0], Errors::of(&got, &truth, &left).unwrap());
+        assert!(comparison.over(&truth.map(|_| false)).unwrap().is_none());
+        assert!(comparison.over(&Image::filled(2, 16, true)).is_err());
     }
 
     #[test]

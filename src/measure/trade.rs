@@ -1,6 +1,6 @@
 //! Error against time over a sweep of settings: what accuracy costs, and which settings nobody should use.
 
-use super::errors::Errors;
+use super::errors::{Comparison, Errors};
 use super::sum;
 use crate::ambient_occlusion::Inputs;
 use crate::image::Image;
@@ -18,21 +18,34 @@ pub struct Row {
     pub ms: f64,
     /// Against the truth.
     pub errors: Errors,
+    /// The same over the edge pixels alone, as [`edges`] tells them; none where there is no edge pixel.
+    pub edge_errors: Option<Errors>,
     /// True where no row is better in both time and RMSE.
     pub pareto: bool,
 }
 
-/// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
-/// with the radius of `base` and its attenuation for all that read one. One depth sample a pixel: the truth is that of
-/// the pixels' centres.
-pub fn sweep(base: &Settings) -> Vec<Settings> {
-    let of = |method: Method| Settings {
+/// A method's own settings with what a sweep takes from `base`.
+fn of_method(base: &Settings, method: Method) -> Settings {
+    Settings {
         radius: base.radius,
         attenuation: base.attenuation,
         strength: base.strength,
         msaa: 1,
         ..Settings::for_method(method)
-    };
+    }
+}
+
+/// Those of a sweep whose error is taken apart: the chapter's 4 x 4, 8 x 8 and 16 x 16, at full and half resolution.
+pub fn chapter(base: &Settings) -> Vec<Settings> {
+    let of = |n: u32, half_res| Settings { directions: n, steps: n, half_res, ..of_method(base, Method::Hbao) };
+    [false, true].into_iter().flat_map(|half_res| [4, 8, 16].map(|n| of(n, half_res))).collect()
+}
+
+/// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
+/// with the radius of `base`, its strength, and its attenuation for all that read one. One depth sample a pixel: the
+/// truth is that of the pixels' centres.
+pub fn sweep(base: &Settings) -> Vec<Settings> {
+    let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
     let mut all = Vec::new();
     for (directions, steps) in [(2, 4), (4, 4), (4, 8), (6, 6), (8, 8), (16, 8), (16, 16), (32, 16)] {
@@ -61,8 +74,31 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
     all
 }
 
+/// The depth samples a pixel by which edges are told: those of a usual multisample G-buffer, and all that llvmpipe has.
+const EDGE_SAMPLES: u32 = 4;
+
+/// The pixels that hold more than one surface: those whose 4 depth samples span more than the settings' depth sigma, or
+/// mix surface and background. Whatever [`Settings::msaa`] says, so that images of one sample a pixel can be judged
+/// there too; none where the driver has no multisample textures.
+///
+/// # Errors
+/// What the driver refuses.
+pub fn edges(
+    gl: &Arc<glow::Context>,
+    (mesh, camera): (&Mesh, &Camera),
+    size: (u32, u32),
+    settings: &Settings,
+) -> Result<Image<bool>, Error> {
+    let request = Request { gbuffer_only: true, edges: true, ..Request::default() };
+    let mut pipeline = Pipeline::new(gl, size, &Settings { msaa: EDGE_SAMPLES, ..settings.clone() }, request)?;
+    pipeline.render(mesh, camera)?;
+    let none = || Image::filled(size.0 as usize, size.1 as usize, false);
+    Ok(pipeline.edges().cloned().unwrap_or_else(none))
+}
+
 /// Measures each of `settings` on a view, in `runs` interleaved rounds after one that compiles the shaders and is not
-/// counted. `truth` is compared with where `covered` is true. `progress` is called after each rendering.
+/// counted. `truth` is compared with where `covered` is true, and on edge pixels apart: for all rows the same, by the
+/// depth sigma of the first of `settings`. `progress` is called after each rendering.
 ///
 /// # Errors
 /// What the driver refuses, or images of another size.
@@ -82,10 +118,17 @@ pub fn measure(
         passes.push((AmbientOcclusion::new(gl.clone(), size, each)?, gbuffers.inputs(each)?));
     }
     let times = interleaved(&mut passes, &mut timers, runs, progress)?;
+    let mut on_edges = covered.map(|_| false);
+    if let Some(first) = settings.first() {
+        let edges = edges(gl, (mesh, camera), size, first)?;
+        on_edges = Image::from_fn(covered.width, covered.height, |x, y| edges.at(x, y) && covered.at(x, y));
+    }
     let mut rows = Vec::new();
     for ((each, (ao, _)), times) in settings.iter().zip(&passes).zip(&times) {
-        let errors = Errors::of(&ao.image()?, truth, covered)?;
-        rows.push(Row { settings: each.clone(), ms: super::median(times), errors, pareto: false });
+        let comparison = Comparison::new(&ao.image()?, truth)?;
+        let errors = comparison.over(covered)?.ok_or_else(Errors::of_nothing)?;
+        let edge_errors = comparison.over(&on_edges)?;
+        rows.push(Row { settings: each.clone(), ms: super::median(times), errors, edge_errors, pareto: false });
     }
     let points: Vec<_> = rows.iter().map(|row| (row.ms, row.errors.rmse)).collect();
     rows.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
@@ -177,9 +220,12 @@ mod tests {
     #[test]
     fn the_sweep_holds_the_table_and_no_setting_twice() {
         let all = sweep(&Settings::default());
-        for (directions, half_res) in [(4, false), (8, false), (16, false), (4, true), (8, true), (16, true)] {
-            let is = |s: &Settings| (s.method, s.directions, s.steps) == (Method::Hbao, directions, directions);
-            assert!(all.iter().any(|s| is(s) && s.half_res == half_res && s.blur == 9 && s.msaa == 1));
+        for (n, half_res) in [(4, false), (8, false), (16, false), (4, true), (8, true), (16, true)] {
+            let is =
+                |s: &&Settings| (s.method, s.directions, s.steps) == (Method::Hbao, n, n) && s.half_res == half_res;
+            let chapter = chapter(&Settings::default());
+            let settings = chapter.iter().find(is).unwrap();
+            assert!(all.contains(settings) && (settings.blur, settings.msaa) == (9, 1));
         }
         for (i, settings) in all.iter().enumerate() {
             settings.validate().unwrap();

@@ -8,7 +8,7 @@
 pub mod choice;
 mod space;
 
-use super::errors::{Errors, rmse};
+use super::errors::{Comparison, Errors};
 use super::median;
 use super::trade::{GBuffers, interleaved, timed};
 use crate::image::Image;
@@ -103,13 +103,11 @@ impl Verdict {
 pub struct Tried {
     /// What was considered.
     pub settings: Settings,
-    /// Against the truth; none where they were not rendered.
-    pub rmse: Option<f64>,
     /// The lesser of two runs in a row, in milliseconds; none where they could not win.
     pub rough_ms: Option<f64>,
     /// Interleaved runs, in milliseconds; none where they were no contender.
     pub times: Vec<f64>,
-    /// All errors of a contender.
+    /// Against the truth, with FLIP for contenders alone; none where they were not rendered.
     pub errors: Option<Errors>,
     /// What became of them.
     pub verdict: Verdict,
@@ -121,11 +119,16 @@ impl Tried {
         if self.times.is_empty() { self.rough_ms } else { Some(median(&self.times)) }
     }
 
+    /// The RMSE.
+    pub fn rmse(&self) -> Option<f64> {
+        self.errors.map(|errors| errors.rmse)
+    }
+
     fn measured(&self) -> Option<Measured> {
         let mut sorted = self.times.clone();
         sorted.sort_by(f64::total_cmp);
         let upper_ms = *sorted.get((3 * sorted.len()).div_ceil(4).checked_sub(1)?)?;
-        Some(Measured { rmse: self.rmse?, ms: median(&self.times), upper_ms })
+        Some(Measured { rmse: self.rmse()?, ms: median(&self.times), upper_ms })
     }
 }
 
@@ -142,7 +145,7 @@ impl Tuned {
     /// The answer, and then those of the timed that came nearest to it: that would have won with the least change of what
     /// is limited and of what is sought, both as factors.
     pub fn nearest(&self, goal: Goal, count: usize) -> Vec<usize> {
-        let of = |i: usize| Some(goal.of(self.tried[i].ms()?, self.tried[i].rmse?));
+        let of = |i: usize| Some(goal.of(self.tried[i].ms()?, self.tried[i].rmse()?));
         let Some((best, (_, sought))) = self.best.and_then(|i| Some((i, of(i)?))) else { return Vec::new() };
         let excess = |(share, value): (f64, f64)| share.max(1.0) * (value / sought.max(1e-9)).max(1.0);
         let others = (0..self.tried.len()).filter(|&i| i != best);
@@ -262,7 +265,7 @@ impl<'a> Tuner<'a> {
             let leaders = self.leaders(goal, round, wide);
             next = leaders.iter().flat_map(|&i| self.space.around(&self.tried[i].settings, wide)).collect();
         }
-        if let (Some(refusal), true) = (self.refusal.take(), self.tried.iter().all(|tried| tried.rmse.is_none())) {
+        if let (Some(refusal), true) = (self.refusal.take(), self.tried.iter().all(|tried| tried.rmse().is_none())) {
             return Err(refusal);
         }
         let best = self.contest(truth, goal, runs, progress)?;
@@ -274,7 +277,7 @@ impl<'a> Tuner<'a> {
     fn try_once(&mut self, settings: Settings, truth: &Image<f32>, goal: Goal) -> Result<Tried, Error> {
         let verdict = self.unrendered(&settings, goal);
         let verdict = verdict.unwrap_or(Verdict::Open);
-        let mut tried = Tried { settings, rmse: None, rough_ms: None, times: Vec::new(), errors: None, verdict };
+        let mut tried = Tried { settings, rough_ms: None, times: Vec::new(), errors: None, verdict };
         if verdict == Verdict::Open {
             match self.render_once(&mut tried, truth, goal) {
                 Err(refusal @ Error::Gl { .. }) => {
@@ -291,11 +294,14 @@ impl<'a> Tuner<'a> {
         let inputs = self.gbuffers.inputs(&tried.settings)?;
         let mut ao = AmbientOcclusion::new(self.gl.clone(), self.size, &tried.settings)?;
         ao.render(&inputs)?;
-        let error = rmse(&ao.image()?, truth, &self.requirements.covered)?;
-        tried.rmse = Some(error);
+        // FLIP takes longer than a fast method's rendering: contenders alone have it.
+        let errors = Comparison::without_flip(&ao.image()?, truth)?.over(&self.requirements.covered)?;
+        let errors = errors.ok_or_else(Errors::of_nothing)?;
+        let error = errors.rmse;
+        tried.errors = Some(errors);
         let exits = self.exits(&tried.settings);
         let as_good = |other: &Tried| {
-            other.rmse.is_some_and(|rmse| rmse <= error) && no_more_work(&other.settings, &tried.settings, exits)
+            other.rmse().is_some_and(|rmse| rmse <= error) && no_more_work(&other.settings, &tried.settings, exits)
         };
         if self.tried.iter().any(as_good) {
             tried.verdict = Verdict::NoGain;
@@ -318,7 +324,7 @@ impl<'a> Tuner<'a> {
         }
         let exits = self.exits(settings);
         let enough = |other: &Tried| match goal {
-            Goal::MaxError(limit) => other.rmse.is_some_and(|rmse| rmse <= limit),
+            Goal::MaxError(limit) => other.rmse().is_some_and(|rmse| rmse <= limit),
             Goal::MaxMs(limit) => other.rough_ms.is_some_and(|ms| ms > NOISE * limit),
         };
         let more = |other: &Tried| enough(other) && no_more_work(&other.settings, settings, exits);
@@ -334,7 +340,7 @@ impl<'a> Tuner<'a> {
     fn share(&self, i: usize, goal: Goal) -> Option<f64> {
         let tried = &self.tried[i];
         let ms = if matches!(goal, Goal::MaxError(_)) { 0.0 } else { tried.ms()? };
-        Some(goal.of(ms, tried.rmse?).0).filter(|_| tried.verdict == Verdict::Open)
+        Some(goal.of(ms, tried.rmse()?).0).filter(|_| tried.verdict == Verdict::Open)
     }
 
     /// What is worth varying: the best of those that meet the goal, and those that nearly do and would be better. Where
@@ -345,7 +351,7 @@ impl<'a> Tuner<'a> {
         let mut open: Vec<(usize, f64)> = all.filter_map(|i| Some((i, self.share(i, goal)?))).collect();
         let sought = |i: usize| {
             let tried = &self.tried[i];
-            tried.ms().zip(tried.rmse).map_or(f64::INFINITY, |(ms, rmse)| goal.of(ms, rmse).1)
+            tried.ms().zip(tried.rmse()).map_or(f64::INFINITY, |(ms, rmse)| goal.of(ms, rmse).1)
         };
         open.sort_by(|a, b| sought(a.0).total_cmp(&sought(b.0)));
         let mut meeting: Vec<usize> = open.iter().filter(|(_, share)| *share <= 1.0).map(|(i, _)| *i).collect();
@@ -388,7 +394,7 @@ impl<'a> Tuner<'a> {
             }
         }
         let ms = |i: usize| self.tried[i].rough_ms.unwrap_or(f64::INFINITY);
-        let rmse = |i: usize| self.tried[i].rmse.unwrap_or(f64::INFINITY);
+        let rmse = |i: usize| self.tried[i].rmse().unwrap_or(f64::INFINITY);
         let first = |a: &usize, b: &usize| goal.of(ms(*a), rmse(*a)).1.total_cmp(&goal.of(ms(*b), rmse(*b)).1);
         hopeful.sort_by(first);
         if let (Goal::MaxError(_), Some(&fastest)) = (goal, hopeful.first()) {
@@ -465,9 +471,9 @@ impl<'a> Tuner<'a> {
         let fastest = self.tried.iter().filter(|tried| tried.verdict == Verdict::Open);
         let fastest = fastest.filter_map(Tried::measured).filter(|one| goal.of(one.ms, one.rmse).0 <= 1.0);
         let fastest = fastest.min_by(|a, b| a.ms.total_cmp(&b.ms)).map_or(0.0, |one| one.upper_ms);
-        let least = best.and_then(|i| self.tried[i].rmse).unwrap_or(0.0);
+        let least = best.and_then(|i| self.tried[i].rmse()).unwrap_or(0.0);
         for (i, tried) in self.tried.iter_mut().enumerate() {
-            let (Some(rmse), Verdict::Open | Verdict::NoGain) = (tried.rmse, tried.verdict) else { continue };
+            let (Some(rmse), Verdict::Open | Verdict::NoGain) = (tried.rmse(), tried.verdict) else { continue };
             let ms = tried.ms();
             tried.verdict =
                 match goal {

@@ -11,7 +11,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
     let mut horizon = tangent;
     let mut previous = 0.0;
     let mut occlusion = 0.0;
-    for i in 1..=scene.settings.steps {
+    for i in 1..=pixel.steps {
         let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
         // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
         let sine = -sample.D.z / sample.D.length();

@@ -8,7 +8,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
     let tangent = scene.sine_of_tangent(pixel, direction.stride);
     // h(theta), the highest of the tangent and the samples within R, and the horizon sample's distance.
     let (mut horizon, mut r) = (tangent, 0.0);
-    for i in 1..=scene.settings.steps {
+    for i in 1..=pixel.steps {
         let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
         let sine = -sample.D.z / sample.D.length();
         if scene.within(&sample, shift) && sine > horizon + shift.comparison {

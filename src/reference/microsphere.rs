@@ -10,8 +10,8 @@ use std::f64::consts::TAU;
 pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let n = pixel.n.normalize_or_zero();
-    let (directions, steps) = (f64::from(scene.settings.directions), f64::from(scene.settings.steps));
-    (1..=scene.settings.steps)
+    let (directions, steps) = (f64::from(scene.settings.directions), f64::from(pixel.steps));
+    (1..=pixel.steps)
         .filter_map(|i| Some((i, scene.sample(pixel, &direction, i, shift)?)))
         .filter(|(_, sample)| scene.within(sample, shift))
         .map(|(i, sample)| {

@@ -1,7 +1,9 @@
 //! The same equations in float64 on the CPU, without OpenGL: a twin by name of each pass, and ray casting. They are
 //! written to be read beside the shaders and to be right, not to be fast.
 
+pub mod anatomy;
 pub mod blur;
+mod converged;
 pub mod edges;
 pub mod gbuffer;
 mod hbao;
@@ -12,6 +14,8 @@ mod sampling;
 pub(crate) mod ssao;
 pub mod trace;
 pub mod truth;
+
+pub use converged::converged;
 
 use crate::Error;
 use crate::image::Image;

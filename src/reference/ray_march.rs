@@ -28,8 +28,8 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f
         let E = pixel.P + scene.radius.min(to_near) * ray;
         let slope = |point: DVec3| point.truncate() / if perspective { point.z } else { 1.0 };
         let across: DVec2 = (slope(E) - slope(pixel.P)) / scene.pixel_extent();
-        for i in 1..=scene.settings.steps {
-            let along = (b + f64::from(i)) / f64::from(scene.settings.steps + 1);
+        for i in 1..=pixel.steps {
+            let along = (b + f64::from(i)) / f64::from(pixel.steps + 1);
             let taken = scene.clamped(pixel.p + shift.round(along * across)) - pixel.p;
             let Some(sample) = scene.at(pixel, taken, taken) else { continue };
             // The ray's own depth there: 1/z is linear in the image, z itself when orthographic.

@@ -38,6 +38,8 @@ pub(super) struct Pixel {
     pub(super) r: DVec3,
     /// The normal, of any length, turned to the eye.
     pub(super) n: DVec3,
+    /// N_s, the samples in each direction.
+    pub(super) steps: u32,
     /// The step between two samples, in texels.
     pub(super) step_px: DVec2,
     /// cos a, sin a, b; for `ssao` a unit vector.
@@ -69,6 +71,8 @@ pub(super) struct Scene<'a> {
     pub(super) settings: &'a Settings,
     /// R, scene units.
     pub(super) radius: f64,
+    /// The distance beyond which samples are ignored: R.
+    pub(super) reach: f64,
     /// How many pixels of the inputs, in x and y, a texel of the result stands for: (i, j) for the pixel
     /// (scale i, scale j). All positions and offsets here are in texels of the result.
     scale: usize,
@@ -80,7 +84,8 @@ impl<'a> Scene<'a> {
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
             return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
         }
-        Ok(Scene { inputs, settings, radius: settings.radius_read()?, scale: settings.ao_scale() as usize })
+        let radius = settings.radius_read()?;
+        Ok(Scene { inputs, settings, radius, reach: radius, scale: settings.ao_scale() as usize })
     }
 
     /// None on background.
@@ -98,6 +103,7 @@ impl<'a> Scene<'a> {
             r,
             // The tangent plane is the same for n and -n.
             n: if n.dot(r) > 0.0 { -n } else { n },
+            steps: self.settings.steps,
             // R in texels, divided into steps.
             step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
             jitter: self.inputs.tile.at(x % 4, y % 4).map(f64::from),
@@ -149,7 +155,7 @@ impl<'a> Scene<'a> {
 
     /// Within R?
     pub(super) fn within(&self, sample: &Sample, shift: Shift) -> bool {
-        sample.D.length() <= self.radius * (1.0 + shift.comparison)
+        sample.D.length() <= self.reach * (1.0 + shift.comparison)
     }
 
     /// W(r).
@@ -164,12 +170,17 @@ impl<'a> Scene<'a> {
     /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), (du, dv) that of an offset in
     /// texels, raised by the angle bias to at most 90 degrees.
     pub(super) fn sine_of_tangent(&self, pixel: &Pixel, offset: DVec2) -> f64 {
+        let T = self.tangent(pixel, offset);
+        let t = (-T.z).atan2(T.truncate().length());
+        (t + self.settings.bias).min(FRAC_PI_2).sin()
+    }
+
+    /// The tangent of Eq. 6.2.11 for an offset in texels; only its direction counts.
+    pub(super) fn tangent(&self, pixel: &Pixel, offset: DVec2) -> DVec3 {
         let (n, r, lateral) = (pixel.n, pixel.r, offset * self.pixel_extent());
         // dP/dx' = z (e_x - r n.x / (n.r)), here times -(n.r) / z, which is positive and finite edge-on.
         let derivative = |e: DVec3| -n.dot(r) * e + n.dot(e) * r;
-        let T = lateral.x * derivative(DVec3::X) + lateral.y * derivative(DVec3::Y);
-        let t = (-T.z).atan2(T.truncate().length());
-        (t + self.settings.bias).min(FRAC_PI_2).sin()
+        lateral.x * derivative(DVec3::X) + lateral.y * derivative(DVec3::Y)
     }
 
     /// The point at depth z on the ray through the window position p.
@@ -182,7 +193,7 @@ impl<'a> Scene<'a> {
     }
 
     /// r, the direction of the ray through p.
-    fn ray(&self, p: DVec2) -> DVec3 {
+    pub(super) fn ray(&self, p: DVec2) -> DVec3 {
         match self.inputs.projection {
             Projection::Perspective { .. } => self.position(p, 1.0),
             Projection::Orthographic { .. } => DVec3::Z,
@@ -205,12 +216,12 @@ impl<'a> Scene<'a> {
         (middle - 0.5) / self.scale as f64 + 0.5
     }
 
-    fn depth(&self, x: usize, y: usize) -> f64 {
+    pub(super) fn depth(&self, x: usize, y: usize) -> f64 {
         f64::from(self.inputs.depth.at(self.scale * x, self.scale * y))
     }
 
     /// R projected at depth z, in texels (Figure 6.2.11).
-    fn radius_in_texels(&self, z: f64) -> DVec2 {
+    pub(super) fn radius_in_texels(&self, z: f64) -> DVec2 {
         match self.inputs.projection {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
             Projection::Orthographic { .. } => self.radius / self.pixel_extent(),

@@ -9,13 +9,7 @@ use glam::{DMat3, DVec3};
 #[allow(non_snake_case)]
 pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     let settings = scene.settings;
-    let n = f64::from(settings.ssao_samples);
-    // SSAO pixel shader: offsets are a cube's corners, x outermost and z innermost, of lengths l_i that grow on across
-    // the octets.
-    let side = |corner: u32| if corner.is_multiple_of(2) { -1.0 } else { 1.0 };
-    let corner = DVec3::new(side(index / 4), side(index / 2), side(index));
-    let l = 0.01 * (1.0 + 2.4 / n).powi(index as i32 + 1);
-    let mut offset = turned(settings.ssao_rotation, pixel.jitter.into(), l * corner / 3f64.sqrt());
+    let (l, mut offset) = kernel(scene, pixel, index);
 
     // An offset is in texture coordinates across, and in 2 P.z in depth.
     let texels = |offset: DVec3| offset.truncate() * scene.extent();
@@ -46,6 +40,17 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) 
     // Depth range check: 0.5 where the surface is too far in front of P.
     let range = ((pixel.P.z - z) / z).clamp(0.0, 1.0);
     1.0 - (open * (1.0 - range) + 0.5 * range)
+}
+
+/// The length l_i and the turned offset of sample i = `index` + 1.
+pub(super) fn kernel(scene: &Scene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
+    let n = f64::from(scene.settings.ssao_samples);
+    // SSAO pixel shader: offsets are a cube's corners, x outermost and z innermost, of lengths l_i that grow on across
+    // the octets.
+    let side = |corner: u32| if corner.is_multiple_of(2) { -1.0 } else { 1.0 };
+    let corner = DVec3::new(side(index / 4), side(index / 2), side(index));
+    let l = 0.01 * (1.0 + 2.4 / n).powi(index as i32 + 1);
+    (l, turned(scene.settings.ssao_rotation, pixel.jitter.into(), l * corner / 3f64.sqrt()))
 }
 
 /// Randomly rotated kernel: an offset turned by the tile's vector.

@@ -103,6 +103,33 @@ impl Mesh {
         self.positions.iter().zip(known).map(|(p, n)| n.unwrap_or_else(|| averaged(p))).collect()
     }
 
+    /// The same surface with every triangle cut in four at the middles of its sides.
+    pub fn subdivided(&self) -> Mesh {
+        let mut positions = self.positions.clone();
+        let mut normals: Vec<DVec3> = self.normals.iter().map(|&n| unit(n).unwrap_or_default()).collect();
+        // Triangles that share a side share its middle.
+        let mut middles: HashMap<[u32; 2], u32> = HashMap::with_capacity(2 * self.triangles.len());
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                let [a, b] = [a, b].map(|i| i as usize);
+                if let (Some(&n), Some(&m)) = (normals.get(a), normals.get(b)) {
+                    let known = n != DVec3::ZERO && m != DVec3::ZERO;
+                    normals.push(if known { n.midpoint(m) } else { DVec3::ZERO });
+                }
+                positions.push(positions[a].midpoint(positions[b]));
+                (positions.len() - 1) as u32
+            })
+        };
+        let mut triangles = Vec::with_capacity(4 * self.triangles.len());
+        for &[a, b, c] in &self.triangles {
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        let of_four = |Range { start, end }: &Range<usize>| 4 * start..4 * end;
+        let groups = self.groups.iter().map(|g| Group { colour: g.colour, triangles: of_four(&g.triangles) }).collect();
+        Mesh { positions, triangles, groups, normals }
+    }
+
     /// The corners of the bounding box of all positions, smallest and largest.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);

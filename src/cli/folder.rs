@@ -1,0 +1,36 @@
+//! Folders that a verb makes for its files.
+
+use hbao::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder made for what is to be written into it, which goes again unless it is kept.
+pub(crate) struct MadeFolder(Option<PathBuf>);
+
+impl MadeFolder {
+    /// Makes the folder where there is none.
+    pub(crate) fn ensure(path: &Path) -> Result<MadeFolder, Error> {
+        if path.is_dir() {
+            return Ok(MadeFolder(None));
+        }
+        let refused = |what: String| Error::Output { path: path.into(), what };
+        if path.exists() {
+            return Err(refused("it is a file, where a folder is wanted".into()));
+        }
+        fs::create_dir(path).map_err(|e| refused(format!("the folder cannot be made: {e}")))?;
+        Ok(MadeFolder(Some(path.into())))
+    }
+
+    /// Leaves it.
+    pub(crate) fn keep(mut self) {
+        self.0 = None;
+    }
+}
+
+impl Drop for MadeFolder {
+    fn drop(&mut self) {
+        if let Some(path) = &self.0 {
+            let _ = fs::remove_dir(path);
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! ShaderX7 6.2 on formats, the blur, half resolution and multisampling.
+
+use super::{Bound, Claim, Found, Test, Verdict, at_most, percent, steps, times};
+use crate::cli::paper::lab::{Lab, Subject, compare};
+use crate::cli::paper::tables::Tables;
+use hbao::image::Image;
+use hbao::settings::{AoFormat, BlurKernel, Edges, Method, NormalFormat};
+use hbao::{Error, PassTime, Request, Settings};
+
+pub(super) const ALL: &[Test] = &[
+    normals_of_8_bits,
+    ambient_occlusion_of_8_bits,
+    separated_blur,
+    the_blur_shrinks,
+    half_resolution,
+    supersampled_edges,
+];
+
+/// What one setting changes in every scene, as a bound on the root of the mean squared difference.
+fn changes(
+    lab: &Lab,
+    bound: Bound,
+    (from, to): (&str, &str),
+    change: impl Fn(Settings) -> Settings,
+) -> Result<Vec<Found>, Error> {
+    let mut found = Vec::new();
+    for subject in lab.data_sets() {
+        let exact = subject.exact(Method::Hbao);
+        let covered = lab.see(subject, lab.size, &exact)?.covered();
+        let (exact_image, changed) = (lab.ao(subject, &exact)?, lab.ao(subject, &change(exact.clone()))?);
+        let errors = compare(&changed, &exact_image, &covered)?;
+        let [a, b] = [lab.errors_of(subject, &exact_image, &exact)?, lab.errors_of(subject, &changed, &exact)?];
+        let text = format!(
+            "A moves by {} RMS, {} at most; RMSE against the truth {:.4} with {to}, {:.4} with {from}",
+            steps(errors.rmse),
+            steps(errors.max),
+            b.rmse,
+            a.rmse
+        );
+        found.push(bound.found(&subject.name, errors.rmse, text));
+    }
+    Ok(found)
+}
+
+fn normals_of_8_bits(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
+    let bound = at_most(1.0 / 255.0, 4.0 / 255.0);
+    Ok(Claim {
+        id: "normals-8-bit",
+        says: "8 bits per component are enough for the normals.",
+        source: "6.2, Per-pixel normals",
+        found: changes(lab, bound, ("RGBA16F", "RGBA8_SNORM"), |exact| Settings {
+            normal_format: NormalFormat::Rgba8Snorm,
+            ..exact
+        })?,
+        rule: bound.rule("the root mean square of what they move A by", steps),
+        ..Claim::default()
+    })
+}
+
+fn ambient_occlusion_of_8_bits(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
+    let bound = at_most(1.0 / 255.0, 4.0 / 255.0);
+    Ok(Claim {
+        id: "ao-8-bit",
+        says: "A buffer of 8 bits and one channel is enough for ambient occlusion.",
+        source: "6.2, Implementation considerations",
+        found: changes(lab, bound, ("R32F", "R8"), |exact| Settings { ao_format: AoFormat::R8, ..exact })?,
+        rule: bound.rule("the root mean square of what they move A by, after both blurs,", steps),
+        ..Claim::default()
+    })
+}
+
+fn separated_blur(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
+    let bound = at_most(1.0 / 255.0, 4.0 / 255.0);
+    let mut found = Vec::new();
+    for subject in lab.data_sets() {
+        for blur in [9, 21] {
+            let of = |blur_kernel| Settings { blur, blur_kernel, ..subject.exact(Method::Hbao) };
+            let covered = lab.see(subject, lab.size, &of(BlurKernel::Full))?.covered();
+            let both = [BlurKernel::Separable, BlurKernel::Full].map(|kernel| -> Result<_, Error> {
+                let request = Request { timings: true, ..Request::default() };
+                let (pipeline, times) = lab.render(subject, lab.size, &of(kernel), request)?;
+                Ok((pipeline.ao()?, blur_ms(&times)))
+            });
+            let [separable, full] = both;
+            let ((separable, fast), (full, slow)) = (separable?, full?);
+            let errors = compare(&separable, &full, &covered)?;
+            let text = format!(
+                "A differs by {} RMS, {} at most; the full blur takes {:.1} times as long",
+                steps(errors.rmse),
+                steps(errors.max),
+                slow / fast
+            );
+            found.push(bound.found(format!("{}, {blur}x{blur}", subject.name), errors.rmse, text));
+        }
+    }
+    Ok(Claim {
+        id: "separable-blur",
+        says: "Separated in X and Y, the bilateral blur is fast and has very few visible artefacts.",
+        source: "6.2, Cross-bilateral filter",
+        found,
+        rule: bound.rule("the root mean square difference from the full blur", steps),
+        ..Claim::default()
+    })
+}
+
+fn blur_ms(times: &[PassTime]) -> f64 {
+    let blurs = times.iter().filter(|time| time.name.starts_with("blur"));
+    blurs.map(|time| time.gpu_ms.unwrap_or(time.wall_ms)).sum()
+}
+
+/// What is left of the jitter: how much the 16 residues of the tile differ in windows of 8x8 tiles, each tile on one smooth
+/// surface, as the root of the mean variance. What the scene itself changes within a tile is no pattern, and averages out.
+pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> f64 {
+    const TILES: usize = 8;
+    let smooth = |x: usize, y: usize| {
+        let depths = (0..16).map(|i| f64::from(depth.at(x + i % 4, y + i / 4)));
+        let (near, far) = depths.fold((f64::INFINITY, 0.0f64), |(near, far), z| (near.min(z), far.max(z)));
+        far.is_finite() && far - near <= 0.02 * near
+    };
+    let (mut sum, mut count) = (0.0, 0usize);
+    let window = 4 * TILES;
+    for top in (0..(image.height + 1).saturating_sub(window)).step_by(window) {
+        for left in (0..(image.width + 1).saturating_sub(window)).step_by(window) {
+            let tiles = (0..TILES * TILES).map(|t| (left + 4 * (t % TILES), top + 4 * (t / TILES)));
+            let tiles: Vec<_> = tiles.filter(|&(x, y)| smooth(x, y)).collect();
+            if tiles.len() < TILES * TILES / 2 {
+                continue;
+            }
+            let residue = |i: usize| {
+                let values = tiles.iter().map(|&(x, y)| f64::from(image.at(x + i % 4, y + i / 4)));
+                values.sum::<f64>() / tiles.len() as f64
+            };
+            let residues: Vec<f64> = (0..16).map(residue).collect();
+            let mean = residues.iter().sum::<f64>() / 16.0;
+            sum += residues.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 16.0;
+            count += 1;
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+fn the_blur_shrinks(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
+    const QUIET: f64 = 0.5 / 255.0;
+    const WIDTHS: [u32; 10] = [0, 3, 5, 7, 9, 13, 17, 21, 31, 41];
+    let mut found = Vec::new();
+    for subject in lab.data_sets() {
+        let (mut needed, mut list) = (Vec::new(), Vec::new());
+        for count in [4, 8, 16] {
+            let settings = |blur| Settings { directions: count, steps: count, blur, ..subject.exact(Method::Hbao) };
+            let depth = lab.see(subject, lab.size, &settings(0))?.depth;
+            let mut enough = None;
+            for blur in WIDTHS {
+                let left = noise(&lab.ao(subject, &settings(blur))?, &depth);
+                if blur == 0 {
+                    list.push(format!("{count}/{count} has {} of noise", steps(left)));
+                }
+                if left <= QUIET {
+                    enough = Some(blur);
+                    break;
+                }
+            }
+            needed.push(enough.unwrap_or(u32::MAX));
+            let width = enough.map_or("more than 41".into(), |blur| blur.to_string());
+            list.push(format!("needs a blur of {width}"));
+        }
+        let verdict = match needed[..] {
+            [a, b, c] if a > b && b > c => Verdict::Holds,
+            [a, b, c] if a >= b && b >= c && a > c => Verdict::InPart,
+            _ => Verdict::DoesNotHold,
+        };
+        let value = f64::from(needed[0]) - f64::from(needed[2]);
+        found.push(Found { scene: subject.name.clone(), text: list.join(", "), value, verdict });
+    }
+    Ok(Claim {
+        id: "blur-shrinks",
+        says: "As directions and steps grow, the blur can be made considerably smaller.",
+        source: "6.2, Cross-bilateral filter; Figure 6.2.16",
+        found,
+        rule: format!(
+            "holds where the smallest blur that leaves at most {} falls from 4/4 to 8/8 and again to 16/16, in part where it \
+             falls once",
+            steps(QUIET)
+        ),
+        note: "Noise is what the 4x4 residues of the tile differ by over windows of 32x32 pixels of smooth surfaces, the root of \
+               the mean variance."
+            .into(),
+        ..Claim::default()
+    })
+}
+
+fn half_resolution(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
+    let bound = at_most(1.05, 1.2);
+    let mut found = Vec::new();
+    for subject in lab.data_sets() {
+        let full = subject.exact(Method::Hbao);
+        let half = Settings { half_res: true, ..full.clone() };
+        let covered = lab.see(subject, lab.size, &full)?.covered();
+        let [f, h] = [lab.ao(subject, &full)?, lab.ao(subject, &half)?];
+        let between = compare(&h, &f, &covered)?;
+        let [f, h] = [lab.errors_of(subject, &f, &full)?, lab.errors_of(subject, &h, &full)?];
+        let text = format!(
+            "RMSE against the truth {:.4}, at full resolution {:.4}; A moves by {} RMS",
+            h.rmse,
+            f.rmse,
+            steps(between.rmse)
+        );
+        found.push(bound.found(&subject.name, h.rmse / f.rmse, text));
+    }
+    Ok(Claim {
+        id: "half-resolution",
+        says: "Ambient occlusion at half resolution, upsampled by the blur, has little impact on the image.",
+        source: "6.2, Working at lower resolution",
+        found,
+        rule: bound.rule("RMSE against the truth over that at full resolution", times),
+        ..Claim::default()
+    })
+}
+
+/// The mean of each 2x2 texels.
+fn halved(image: &Image<f32>) -> Image<f32> {
+    Image::from_fn(image.width / 2, image.height / 2, |x, y| {
+        (0..4).map(|i| image.at(2 * x + i % 2, 2 * y + i / 2)).sum::<f32>() / 4.0
+    })
+}
+
+fn supersampled_edges(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
+    let bound = at_most(0.5, 0.85);
+    let mut found = Vec::new();
+    for subject in lab.data_sets() {
+        let Some((plain, supersampled, edges)) = bleeding(lab, subject)? else { continue };
+        let text = format!(
+            "mean error on {edges} edge pixels {plain:.4} by the plain blur, {supersampled:.4} by the supersampling one"
+        );
+        found.push(bound.found(&subject.name, supersampled / plain, text));
+    }
+    Ok(Claim {
+        id: "edge-supersampling",
+        says: "The plain blur bleeds at silhouettes; supersampled around each depth sample of edge pixels it does so less.",
+        source: "6.2, Multisample antialiasing; Figure 6.2.15",
+        unmeasured: Some("no view has pixels of several surfaces, or the driver has one sample a pixel".into()),
+        found,
+        rule: bound.rule("mean error on edge pixels over that of the plain blur", percent),
+        note: "Against the same at twice the size with a blur of as many eye-space units, averaged over 2x2.".into(),
+    })
+}
+
+/// Mean error on edge pixels without and with the supersampling blur, and how many they are.
+fn bleeding(lab: &Lab, subject: &Subject) -> Result<Option<(f64, f64, usize)>, Error> {
+    let settings = Settings { msaa: 4, ..subject.exact(Method::Hbao) };
+    let request = Request { edges: true, ..Request::default() };
+    let (with, _) = lab.render(subject, lab.size, &settings, request)?;
+    let (without, _) = lab.render(subject, lab.size, &Settings { edges: Edges::Off, ..settings.clone() }, request)?;
+    let Some(edges) = with.edges().filter(|edges| edges.texels.contains(&true)) else { return Ok(None) };
+    let twice = (2 * lab.size.0, 2 * lab.size.1);
+    let wide = Settings { msaa: 1, blur: 2 * settings.blur - 1, ..settings.clone() };
+    let (fine, _) = lab.render(subject, twice, &wide, Request::default())?;
+    let fine = halved(&fine.ao()?);
+    let mean = |image: Image<f32>| compare(&image, &fine, edges).map(|errors| errors.mae);
+    let count = edges.texels.iter().filter(|&&edge| edge).count();
+    Ok(Some((mean(without.ao()?)?, mean(with.ao()?)?, count)))
+}

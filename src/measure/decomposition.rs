@@ -1,0 +1,275 @@
+//! Error taken apart into what causes it: the method itself, too few samples, the blur, and 8 bits.
+//!
+//! Five images stand in a chain, each one step nearer to what is shown: ray-traced truth; the converged method
+//! ([`reference::converged`]) on a float G-buffer; the method with its samples, before the blur, in float; after the
+//! blur, in float; and with the formats asked for. Each part is the difference of two neighbours, so that the parts of
+//! a pixel add up to its whole error, and so do their biases. Their squares do not: [`Decomposition::cross`] is what is
+//! missing.
+
+use crate::ambient_occlusion::Extras;
+use crate::image::Image;
+use crate::scene::{Camera, Mesh};
+use crate::settings::{AoFormat, DepthFormat, NormalFormat, Settings};
+use crate::{AmbientOcclusion, Error, Inputs, Pipeline, Request, Timers, reference, rotation_tile};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng as _;
+use std::sync::Arc;
+
+/// Of what the choice of pixels is made, so that every run has the same.
+const SEED: u128 = 0x6465_636f_6d70_2008;
+
+/// One part of the error, or all of it: in units of visibility.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Part {
+    /// The root of the mean squared difference.
+    pub rmse: f64,
+    /// The mean difference: above 0 where this step makes the image more open.
+    pub bias: f64,
+    /// The largest absolute difference.
+    pub max: f64,
+}
+
+impl Part {
+    fn of(differences: &[f64]) -> Part {
+        let mean = |f: &dyn Fn(f64) -> f64| differences.iter().map(|&d| f(d)).sum::<f64>() / differences.len() as f64;
+        Part {
+            rmse: mean(&|d| d * d).sqrt(),
+            bias: mean(&|d| d),
+            max: differences.iter().fold(0.0, |max, d| max.max(d.abs())),
+        }
+    }
+}
+
+/// The error of one choice of settings against the truth, and its parts. The biases of the parts add up to the total's;
+/// total.rmse^2 is the sum of theirs and `cross`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decomposition {
+    /// The converged method against the truth, whose noise is in it.
+    pub model: Part,
+    /// The method's directions and steps, its jitter, early exit and half resolution, against the converged method. The
+    /// single precision of the passes is in it.
+    pub sampling: Part,
+    /// After the blur against before. From half resolution without a blur a pixel (x, y) shows the texel (x/2, y/2),
+    /// and so it is compared before the blur.
+    pub filtering: Part,
+    /// With the formats asked for against RGBA16F normals, R32F depth and R32F ambient occlusion.
+    pub quantisation: Part,
+    /// What is shown against the truth.
+    pub total: Part,
+    /// Twice the sum over all pairs of parts of the mean of their product: below 0 where parts make up for each other.
+    pub cross: f64,
+    /// How many pixels were compared.
+    pub pixels: usize,
+}
+
+impl Decomposition {
+    /// Of a chain of images at the same pixels.
+    fn of([truth, converged, sampled, blurred, shown]: [&[f64]; 5]) -> Decomposition {
+        let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let parts = [less(converged, truth), less(sampled, converged), less(blurred, sampled), less(shown, blurred)];
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / truth.len() as f64;
+        let pairs = (0..parts.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let [model, sampling, filtering, quantisation] = [0, 1, 2, 3].map(|i| Part::of(&parts[i]));
+        Decomposition {
+            model,
+            sampling,
+            filtering,
+            quantisation,
+            total: Part::of(&less(shown, truth)),
+            cross: pairs.map(|(i, j)| 2.0 * product(&parts[i], &parts[j])).sum(),
+            pixels: truth.len(),
+        }
+    }
+}
+
+/// The pixels to take a view's error apart on: `count` of the covered ones at random, the same in every run, or all
+/// where there are no more. In their order in the image.
+///
+/// The converged method takes 64 R samples a pixel, R in texels: on a whole image that is minutes.
+pub fn subset(covered: &Image<bool>, count: usize) -> Vec<usize> {
+    let all: Vec<usize> = (0..covered.texels.len()).filter(|&i| covered.texels[i]).collect();
+    let mut random = Pcg64Mcg::new(SEED);
+    let (mut left, mut wanted) = (all.len(), count.min(all.len()));
+    let chosen = |_: &usize| {
+        // Each of those left is as likely as any other.
+        let uniform = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        let take = uniform * (left as f64) < wanted as f64;
+        left -= 1;
+        wanted -= usize::from(take);
+        take
+    };
+    all.into_iter().filter(chosen).collect()
+}
+
+/// Takes the error of `settings` on a view of `size` apart. `truth` is pixels, such as those of [`subset`], and their
+/// ray-traced visibility ([`reference::truth::Truth::trace`]).
+///
+/// # Errors
+/// A method without a converged form, no pixels, or pixels that are not the image's; a radius in percent; or what the
+/// driver refuses.
+pub fn decompose(
+    gl: &Arc<glow::Context>,
+    view: (&Mesh, &Camera),
+    size: (u32, u32),
+    settings: &Settings,
+    truth: (&[usize], &[f64]),
+) -> Result<Decomposition, Error> {
+    let mut all = decompose_all(gl, view, size, std::slice::from_ref(settings), truth, || {})?;
+    Ok(all.remove(0))
+}
+
+/// [`decompose`], for each of `settings`: those that converge to the same share the work. `progress` is called after
+/// each.
+///
+/// # Errors
+/// As there.
+pub fn decompose_all(
+    gl: &Arc<glow::Context>,
+    (mesh, camera): (&Mesh, &Camera),
+    size: (u32, u32),
+    settings: &[Settings],
+    (pixels, truth): (&[usize], &[f64]),
+    progress: impl Fn(),
+) -> Result<Vec<Decomposition>, Error> {
+    let (width, height) = (size.0 as usize, size.1 as usize);
+    if pixels.is_empty() || pixels.len() != truth.len() || pixels.iter().any(|&i| i >= width * height) {
+        return Err(Error::Usage(format!(
+            "error is taken apart at pixels of the image, one truth for each: {} pixels of {width}x{height} and {} truths",
+            pixels.len(),
+            truth.len()
+        )));
+    }
+    // The visibility of each pixel in an image of full size or, from half resolution without a blur, half of it.
+    let pick = |image: &Image<f32>| -> Vec<f64> {
+        let scale = if (image.width, image.height) == (width, height) { 1 } else { 2 };
+        pixels.iter().map(|i| f64::from(image.at(i % width / scale, i / width / scale))).collect()
+    };
+    let mut gbuffers = GBuffers { gl, mesh, camera, size, known: Vec::new() };
+    let mut converged: Vec<(Settings, Vec<f64>)> = Vec::new();
+    let mut all = Vec::new();
+    for each in settings {
+        let float = Settings {
+            normal_format: NormalFormat::Rgba16f,
+            depth_format: DepthFormat::R32f,
+            ao_format: AoFormat::R32f,
+            ..each.clone()
+        };
+        let gbuffer = gbuffers.of(&float)?;
+        let limit = limit(each);
+        let known = match converged.iter().position(|(known, _)| *known == limit) {
+            Some(known) => known,
+            None => {
+                let (depth, normals, tile) = (gbuffer.depth()?, gbuffer.normals()?, rotation_tile(each));
+                let (projection, near) = (camera.projection, camera.near);
+                let inputs = reference::Inputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
+                converged.push((limit, reference::converged(&inputs, each, pixels)?));
+                converged.len() - 1
+            }
+        };
+        let (sampled, blurred) = occlusion(gl, size, &float, &gbuffer.inputs(camera))?;
+        let (sampled, blurred) = (pick(&sampled), pick(&blurred));
+        let shown = if *each == float {
+            blurred.clone()
+        } else {
+            pick(&occlusion(gl, size, each, &gbuffers.of(each)?.inputs(camera))?.1)
+        };
+        all.push(Decomposition::of([truth, &converged[known].1, &sampled, &blurred, &shown]));
+        progress();
+    }
+    Ok(all)
+}
+
+/// Before the blur and after.
+fn occlusion(
+    gl: &Arc<glow::Context>,
+    size: (u32, u32),
+    settings: &Settings,
+    inputs: &Inputs,
+) -> Result<(Image<f32>, Image<f32>), Error> {
+    let mut ao = AmbientOcclusion::new(gl.clone(), size, settings)?;
+    let kept = ao.run(inputs, &mut Timers::new(gl, false)?, Extras { raw: true, ..Extras::default() })?;
+    let after = ao.image()?;
+    Ok((kept.raw.unwrap_or_else(|| after.clone()), after))
+}
+
+/// The view's G-buffers, one for all settings that differ in nothing that it reads.
+struct GBuffers<'a> {
+    gl: &'a Arc<glow::Context>,
+    mesh: &'a Mesh,
+    camera: &'a Camera,
+    size: (u32, u32),
+    known: Vec<(Settings, Pipeline)>,
+}
+
+impl GBuffers<'_> {
+    fn of(&mut self, settings: &Settings) -> Result<&Pipeline, Error> {
+        let read = Settings {
+            radius: settings.radius,
+            normals: settings.normals,
+            msaa: settings.msaa,
+            normal_format: settings.normal_format,
+            depth_format: settings.depth_format,
+            ..Settings::default()
+        };
+        let known = match self.known.iter().position(|(known, _)| *known == read) {
+            Some(known) => known,
+            None => {
+                let request = Request { gbuffer_only: true, ..Request::default() };
+                let mut pipeline = Pipeline::new(self.gl, self.size, settings, request)?;
+                pipeline.render(self.mesh, self.camera)?;
+                self.known.push((read, pipeline));
+                self.known.len() - 1
+            }
+        };
+        Ok(&self.known[known].1)
+    }
+}
+
+/// Settings with what the converged method and the G-buffer under it read, and all else alike.
+fn limit(settings: &Settings) -> Settings {
+    Settings {
+        method: settings.method,
+        radius: settings.radius,
+        bias: settings.bias,
+        strength: settings.strength,
+        attenuation: settings.attenuation,
+        clamp: settings.clamp,
+        normals: settings.normals,
+        msaa: settings.msaa,
+        ..Settings::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_of_a_chain_add_up() {
+        let chain = [&[0.5, 0.25][..], &[0.75, 0.25], &[0.5, 0.5], &[0.75, 0.5], &[0.75, 1.0]];
+        let parts = Decomposition::of(chain);
+        assert_eq!(parts.model, Part { rmse: (0.0625f64 / 2.0).sqrt(), bias: 0.125, max: 0.25 });
+        assert_eq!((parts.sampling.bias, parts.filtering.bias, parts.quantisation.bias), (0.0, 0.125, 0.25));
+        assert_eq!(parts.total, Part { rmse: ((0.0625f64 + 0.5625) / 2.0).sqrt(), bias: 0.5, max: 0.75 });
+        // Differences (0.25, -0.25, 0.25, 0) and (0, 0.25, 0, 0.5): products -0.0625 + 0.0625 - 0.0625 and 0.125,
+        // halved.
+        assert!((parts.cross - 0.0625).abs() < 1e-15, "{}", parts.cross);
+        assert_eq!(parts.pixels, 2);
+    }
+
+    #[test]
+    fn a_subset_is_of_the_covered_pixels_as_many_as_wanted_and_the_same_every_time() {
+        let covered = Image::from_fn(60, 40, |x, y| (x + y) % 3 > 0);
+        let all: Vec<usize> = (0..2400).filter(|&i| covered.texels[i]).collect();
+        assert_eq!(subset(&covered, 1600), all);
+        assert_eq!(subset(&covered, usize::MAX), all);
+        let some = subset(&covered, 400);
+        assert_eq!(some.len(), 400);
+        assert!(some.is_sorted_by(|a, b| a < b) && some.iter().all(|&i| covered.texels[i]));
+        assert_eq!(some, subset(&covered, 400));
+        // From all over the image: half of them in its lower half, give or take 3 standard deviations.
+        let low = some.iter().filter(|&&i| i < 1200).count();
+        assert!(low.abs_diff(200) < 30, "{low}");
+        assert!(subset(&covered.map(|_| false), 5).is_empty() && subset(&covered, 0).is_empty());
+    }
+}
