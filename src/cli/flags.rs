@@ -259,6 +259,14 @@ impl Flags {
     pub(crate) fn knobs_given(&self) -> impl Iterator<Item = &'static str> {
         self.knobs.iter().map(|(knob, _)| knob.name)
     }
+
+    /// The names of the knobs that flags or the settings file set.
+    pub(crate) fn knobs_pinned(&self) -> Vec<&'static str> {
+        let file: toml::Table = self.file.as_ref().and_then(|(_, text)| text.parse().ok()).unwrap_or_default();
+        let given: Vec<_> = self.knobs_given().collect();
+        let names = KNOBS.iter().map(|knob| knob.name);
+        names.filter(|name| given.contains(name) || file.contains_key(*name)).collect()
+    }
 }
 
 /// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.

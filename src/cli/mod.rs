@@ -12,6 +12,7 @@ mod plot;
 mod render;
 mod trade;
 mod truth;
+mod tune;
 
 use clap::Command;
 use clap::error::ErrorKind;
@@ -33,6 +34,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("render", matches)) => render::run(matches),
         Some(("truth", matches)) => truth::run(matches),
         Some(("trade", matches)) => trade::run(matches),
+        Some(("tune", matches)) => tune::run(matches),
         Some(("bench", matches)) => bench::run(matches),
         Some(("paper", matches)) => paper::run(matches),
         Some(("info", _)) => info::run(),
@@ -55,6 +57,7 @@ fn command() -> Command {
         .subcommand(render::command())
         .subcommand(truth::command())
         .subcommand(trade::command())
+        .subcommand(tune::command())
         .subcommand(bench::command())
         .subcommand(paper::command())
         .subcommand(info::command())

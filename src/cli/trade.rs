@@ -120,7 +120,27 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
 /// The fields of a row in files, in their order.
 fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
-    let (s, e, edge) = (&row.settings, &row.errors, &row.edge_errors);
+    let (e, edge) = (&row.errors, &row.edge_errors);
+    let mut all = settings_fields(&row.settings);
+    all.extend([
+        ("ms", row.ms.into()),
+        ("rmse", e.rmse.into()),
+        ("mae", e.mae.into()),
+        ("bias", e.bias.into()),
+        ("max", e.max.into()),
+        ("flip", e.flip.into()),
+        ("edge_rmse", edge.map(|e| e.rmse).into()),
+        ("edge_mae", edge.map(|e| e.mae).into()),
+        ("edge_bias", edge.map(|e| e.bias).into()),
+        ("edge_max", edge.map(|e| e.max).into()),
+        ("edge_flip", edge.and_then(|e| e.flip).into()),
+        ("pareto", row.pareto.into()),
+    ]);
+    all
+}
+
+/// Those that tell the settings.
+pub(super) fn settings_fields(s: &Settings) -> Vec<(&'static str, serde_json::Value)> {
     let blur = match s.method {
         Method::None => 0,
         // Its own.
@@ -146,18 +166,6 @@ fn fields(row: &Row) -> Vec<(&'static str, serde_json::Value)> {
         ("ao_format", s.ao_format.name().into()),
         ("normal_format", s.normal_format.name().into()),
         ("depth_format", s.depth_format.name().into()),
-        ("ms", row.ms.into()),
-        ("rmse", e.rmse.into()),
-        ("mae", e.mae.into()),
-        ("bias", e.bias.into()),
-        ("max", e.max.into()),
-        ("flip", e.flip.into()),
-        ("edge_rmse", edge.map(|e| e.rmse).into()),
-        ("edge_mae", edge.map(|e| e.mae).into()),
-        ("edge_bias", edge.map(|e| e.bias).into()),
-        ("edge_max", edge.map(|e| e.max).into()),
-        ("edge_flip", edge.and_then(|e| e.flip).into()),
-        ("pareto", row.pareto.into()),
     ]
 }
 
@@ -198,8 +206,8 @@ fn as_csv(rows: &[Row]) -> String {
     text
 }
 
-/// What tells a row from others of its method.
-fn words(s: &Settings) -> String {
+/// What tells settings from others of their method.
+pub(super) fn words(s: &Settings) -> String {
     let samples = match s.method {
         Method::Ssao => format!("{}", s.ssao_samples),
         Method::RayMarch => format!("{}/{}/{}", s.directions, s.rays, s.steps),

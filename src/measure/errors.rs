@@ -51,7 +51,9 @@ impl Comparison {
     /// # Errors
     /// Images of different sizes.
     pub fn new(got: &Image<f32>, truth: &Image<f32>) -> Result<Comparison, Error> {
-        Ok(Comparison { flip: flip(got, truth), ..Comparison::without_flip(got, truth)? })
+        // Sizes first: FLIP does not take any two.
+        let without = Comparison::without_flip(got, truth)?;
+        Ok(Comparison { flip: flip(got, truth), ..without })
     }
 
     /// The same without FLIP, which takes longest and means nothing where the truth is not known about each pixel too.

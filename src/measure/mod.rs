@@ -6,6 +6,7 @@ pub mod errors;
 pub mod published;
 pub mod ratios;
 pub mod trade;
+pub mod tune;
 
 use crate::PassTime;
 use std::ops::Add as _;

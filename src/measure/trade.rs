@@ -2,6 +2,7 @@
 
 use super::errors::{Comparison, Errors};
 use super::sum;
+use crate::ambient_occlusion::Inputs;
 use crate::image::Image;
 use crate::scene::{Camera, Mesh};
 use crate::settings::{AoFormat, BlurKernel, DepthFormat, Method, NormalFormat, Settings};
@@ -110,44 +111,20 @@ pub fn measure(
     progress: impl Fn(),
 ) -> Result<Vec<Row>, Error> {
     let size = (truth.width as u32, truth.height as u32);
-    // One G-buffer for all of its formats.
-    let mut gbuffers: Vec<((NormalFormat, DepthFormat), Pipeline)> = Vec::new();
-    for each in settings {
-        let formats = (each.normal_format, each.depth_format);
-        if !gbuffers.iter().any(|(known, _)| *known == formats) {
-            let request = Request { gbuffer_only: true, ..Request::default() };
-            let mut pipeline = Pipeline::new(gl, size, each, request)?;
-            pipeline.render(mesh, camera)?;
-            gbuffers.push((formats, pipeline));
-        }
-    }
-    let inputs: Vec<_> = settings
-        .iter()
-        .filter_map(|each| gbuffers.iter().find(|(known, _)| *known == (each.normal_format, each.depth_format)))
-        .map(|(_, pipeline)| pipeline.inputs(camera))
-        .collect();
+    let mut gbuffers = GBuffers::new(gl, (mesh, camera), size);
     let mut timers = Timers::new(gl, true)?;
-    let mut passes =
-        settings.iter().map(|each| AmbientOcclusion::new(gl.clone(), size, each)).collect::<Result<Vec<_>, Error>>()?;
-    let mut times = vec![Vec::new(); settings.len()];
-    for run in 0..=runs {
-        for (i, ao) in passes.iter_mut().enumerate() {
-            ao.render_timed(&inputs[i], &mut timers)?;
-            let frame = timers.take();
-            if run > 0 {
-                let counted = |name: &str| matches!(name, "half_depth" | "ao") || name.starts_with("blur");
-                times[i].push(sum(&frame, counted));
-            }
-            progress();
-        }
+    let mut passes = Vec::new();
+    for each in settings {
+        passes.push((AmbientOcclusion::new(gl.clone(), size, each)?, gbuffers.inputs(each)?));
     }
+    let times = interleaved(&mut passes, &mut timers, runs, progress)?;
     let mut on_edges = covered.map(|_| false);
     if let Some(first) = settings.first() {
         let edges = edges(gl, (mesh, camera), size, first)?;
         on_edges = Image::from_fn(covered.width, covered.height, |x, y| edges.at(x, y) && covered.at(x, y));
     }
     let mut rows = Vec::new();
-    for ((each, ao), times) in settings.iter().zip(&passes).zip(&times) {
+    for ((each, (ao, _)), times) in settings.iter().zip(&passes).zip(&times) {
         let comparison = Comparison::new(&ao.image()?, truth)?;
         let errors = comparison.over(covered)?.ok_or_else(Errors::of_nothing)?;
         let edge_errors = comparison.over(&on_edges)?;
@@ -156,6 +133,71 @@ pub fn measure(
     let points: Vec<_> = rows.iter().map(|row| (row.ms, row.errors.rmse)).collect();
     rows.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
     Ok(rows)
+}
+
+/// Times passes in `runs` interleaved rounds after one that compiles the shaders and is not counted: milliseconds of each,
+/// run by run. `progress` is called after each rendering.
+pub(super) fn interleaved(
+    passes: &mut [(AmbientOcclusion, Inputs)],
+    timers: &mut Timers,
+    runs: usize,
+    progress: impl Fn(),
+) -> Result<Vec<Vec<f64>>, Error> {
+    let mut times = vec![Vec::new(); passes.len()];
+    for run in 0..=runs {
+        for ((ao, inputs), times) in passes.iter_mut().zip(&mut times) {
+            let ms = timed(ao, inputs, timers)?;
+            if run > 0 {
+                times.push(ms);
+            }
+            progress();
+        }
+    }
+    Ok(times)
+}
+
+/// One rendering, and the milliseconds of ambient occlusion and its blur.
+pub(super) fn timed(ao: &mut AmbientOcclusion, inputs: &Inputs, timers: &mut Timers) -> Result<f64, Error> {
+    ao.render_timed(inputs, timers)?;
+    Ok(sum(&timers.take(), |name| matches!(name, "half_depth" | "ao") || name.starts_with("blur")))
+}
+
+/// The G-buffers of one view: one for all settings of the same formats, rendered when it is first asked for.
+pub(super) struct GBuffers<'a> {
+    gl: Arc<glow::Context>,
+    view: (&'a Mesh, &'a Camera),
+    size: (u32, u32),
+    made: Vec<((NormalFormat, DepthFormat), Pipeline)>,
+}
+
+impl<'a> GBuffers<'a> {
+    pub(super) fn new(gl: &Arc<glow::Context>, view: (&'a Mesh, &'a Camera), size: (u32, u32)) -> GBuffers<'a> {
+        GBuffers { gl: gl.clone(), view, size, made: Vec::new() }
+    }
+
+    /// The pipeline that holds the G-buffer of these settings, which differ from those asked with before in formats and
+    /// in what comes after the G-buffer alone.
+    pub(super) fn of(&mut self, settings: &Settings) -> Result<&Pipeline, Error> {
+        let formats = (settings.normal_format, settings.depth_format);
+        let found = self.made.iter().position(|(known, _)| *known == formats);
+        let i = match found {
+            Some(i) => i,
+            None => {
+                let request = Request { gbuffer_only: true, ..Request::default() };
+                let mut pipeline = Pipeline::new(&self.gl, self.size, settings, request)?;
+                pipeline.render(self.view.0, self.view.1)?;
+                self.made.push((formats, pipeline));
+                self.made.len() - 1
+            }
+        };
+        Ok(&self.made[i].1)
+    }
+
+    /// What ambient occlusion with these settings is computed from.
+    pub(super) fn inputs(&mut self, settings: &Settings) -> Result<Inputs, Error> {
+        let camera = self.view.1;
+        Ok(self.of(settings)?.inputs(camera))
+    }
 }
 
 /// Which of (time, error) nobody beats in both.

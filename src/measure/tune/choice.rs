@@ -1,0 +1,114 @@
+//! What is asked of a search, and which of the settings timed answers it.
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// The least time with an RMSE of at most this.
+    MaxError(f64),
+    /// The least RMSE within this many milliseconds.
+    MaxMs(f64),
+}
+
+impl Goal {
+    /// What is limited, as a share of its limit, and what is to be the least.
+    pub(super) fn of(self, ms: f64, rmse: f64) -> (f64, f64) {
+        match self {
+            Goal::MaxError(limit) => (rmse / limit, ms),
+            Goal::MaxMs(limit) => (ms / limit, rmse),
+        }
+    }
+}
+
+/// Settings measured: their RMSE, and the quartiles of their time that the choice is made by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Against the truth.
+    pub rmse: f64,
+    /// The median of the runs, in milliseconds.
+    pub ms: f64,
+    /// What a quarter of the runs exceed: times up to it are within the noise of the median.
+    pub upper_ms: f64,
+}
+
+impl Measured {
+    /// RMSE as tables show it: what reads the same counts as the same.
+    fn shown(&self) -> i64 {
+        (self.rmse * 1e4).round() as i64
+    }
+
+    /// The more accurate first; of equals the faster.
+    fn by_error(&self, other: &Measured) -> std::cmp::Ordering {
+        self.shown().cmp(&other.shown()).then(self.ms.total_cmp(&other.ms))
+    }
+}
+
+/// Which of the measured is the answer, if any is.
+///
+/// For an error, time is noisy and RMSE is not: of those that reach it within the noise of the fastest, that is with a
+/// median that a quarter of the fastest one's runs exceed, the most accurate. For a time, the most accurate whose median
+/// is within it. Errors that differ by less than is shown, 0.0001, count as equal, and the faster is taken.
+pub fn choose(goal: Goal, measured: &[Measured]) -> Option<usize> {
+    let meets = |one: &Measured| goal.of(one.ms, one.rmse).0 <= 1.0;
+    let within = match goal {
+        Goal::MaxError(_) => {
+            let meeting = measured.iter().filter(|one| meets(one));
+            meeting.min_by(|a, b| a.ms.total_cmp(&b.ms))?.upper_ms
+        }
+        Goal::MaxMs(limit) => limit,
+    };
+    let answers = (0..measured.len()).filter(|&i| meets(&measured[i]) && measured[i].ms <= within);
+    answers.min_by(|&a, &b| measured[a].by_error(&measured[b]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (RMSE, median): without noise.
+    fn exact(points: &[(f64, f64)]) -> Vec<Measured> {
+        points.iter().map(|&(rmse, ms)| Measured { rmse, ms, upper_ms: ms }).collect()
+    }
+
+    #[test]
+    fn the_cheapest_within_an_error_and_the_most_accurate_within_a_time() {
+        let rows = exact(&[(0.2, 1.0), (0.1, 5.0), (0.12, 3.0), (0.11, 4.0), (0.05, 20.0)]);
+        for (limit, expected) in [(0.3, Some(0)), (0.2, Some(0)), (0.19, Some(2)), (0.1, Some(1)), (0.04, None)] {
+            assert_eq!(choose(Goal::MaxError(limit), &rows), expected, "{limit}");
+        }
+        for (limit, expected) in [(0.5, None), (1.0, Some(0)), (3.9, Some(2)), (5.0, Some(1)), (1e9, Some(4))] {
+            assert_eq!(choose(Goal::MaxMs(limit), &rows), expected, "{limit}");
+        }
+        assert_eq!(choose(Goal::MaxError(1.0), &[]), None);
+    }
+
+    #[test]
+    fn a_looser_limit_never_costs_more() {
+        let rows = exact(&[(0.21, 1.0), (0.1, 5.5), (0.12, 3.0), (0.11, 4.0), (0.05, 20.0), (0.3, 0.0)]);
+        let mut last = (f64::INFINITY, f64::INFINITY);
+        for step in 1..40 {
+            let of = |goal| choose(goal, &rows).map_or((f64::INFINITY, f64::INFINITY), |i| (rows[i].ms, rows[i].rmse));
+            let now = (of(Goal::MaxError(0.01 * f64::from(step))).0, of(Goal::MaxMs(0.6 * f64::from(step))).1);
+            assert!(now.0 <= last.0 && now.1 <= last.1, "{now:?} after {last:?}");
+            last = now;
+        }
+        assert_eq!(last, (0.0, 0.05));
+    }
+
+    #[test]
+    fn within_the_noise_of_the_fastest_the_most_accurate_is_taken() {
+        let mut rows = exact(&[(0.2, 10.0), (0.1, 10.4), (0.05, 12.0)]);
+        assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(0));
+        rows[0].upper_ms = 10.5;
+        assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(1));
+        // Only among those that reach the error.
+        assert_eq!(choose(Goal::MaxError(0.15), &rows), Some(1));
+        rows[1].rmse = 0.4;
+        assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(0));
+    }
+
+    #[test]
+    fn errors_that_read_alike_are_alike() {
+        let rows = exact(&[(0.100_01, 2.0), (0.100_04, 1.0), (0.1001, 0.5)]);
+        assert_eq!(choose(Goal::MaxMs(9.0), &rows), Some(1));
+    }
+}

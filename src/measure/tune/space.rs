@@ -1,0 +1,279 @@
+//! Which settings a search goes through, and what is known of them before they are rendered.
+
+use super::super::trade;
+use crate::settings::{
+    AoFormat, DepthFormat, Edges, Jitter, KNOBS, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
+};
+
+/// Directions and steps of the sweep, beside those of `trade`; what lies between is found from there.
+const DIRECTIONS: [u32; 4] = [2, 4, 8, 16];
+const STEPS: [u32; 5] = [2, 4, 8, 16, 32];
+/// Directions, rays and steps of the sweep of a pinned `ray-march`.
+const RAY_MARCH: ([u32; 4], [u32; 4], [u32; 3]) = ([2, 4, 8, 16], [1, 2, 4, 8], [4, 8, 16]);
+
+/// Counts next to each other: what differs by less hardly differs.
+const COUNTS: [u32; 20] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 64, 96, 128, 256];
+/// Blurs; 0 is off.
+const BLURS: [u32; 6] = [0, 5, 9, 13, 21, 31];
+
+/// The settings that may be searched: those of `base` in all that was pinned, and in all that is the user's picture.
+pub(super) struct Space {
+    pub(super) base: Settings,
+    pub(super) pinned: Vec<&'static Knob>,
+    /// Whether any pixel is an edge to the blur of a method, and to that of `ssao`, which has a depth sigma of its own.
+    pub(super) edges: [bool; 2],
+}
+
+impl Space {
+    fn pins(&self, knob: &str) -> bool {
+        self.pinned.iter().any(|pinned| pinned.name == knob)
+    }
+
+    /// `settings` as they may be searched: with what is pinned, with the user's picture, and without a supersampled blur
+    /// where no pixel asks for one. None for another method than a pinned one, and for what would stay at half size.
+    pub(super) fn admit(&self, settings: &Settings) -> Option<Settings> {
+        let base = &self.base;
+        if self.pins("method") && settings.method != base.method {
+            return None;
+        }
+        let mut admitted = Settings {
+            radius: base.radius,
+            attenuation: base.attenuation,
+            strength: base.strength,
+            bias: base.bias,
+            msaa: base.msaa,
+            ..settings.clone()
+        };
+        if !self.edges[usize::from(settings.method == Method::Ssao)] {
+            admitted.edges = Edges::Off;
+        }
+        for knob in &self.pinned {
+            knob.set(&mut admitted, &knob.text(base)).ok()?;
+        }
+        let whole = admitted.ao_scale() == 1 || admitted.blur > 0;
+        whole.then_some(admitted)
+    }
+
+    /// What the search begins with: the sweep of `trade`, and a finer one of the pinned method, else of `hbao` and `ssao`.
+    pub(super) fn sweep(&self) -> Vec<Settings> {
+        let method = if self.pins("method") { self.base.method } else { Method::Hbao };
+        let of = Settings::for_method(method);
+        let mut all = trade::sweep(&self.base);
+        match method {
+            Method::None | Method::Ssao => {}
+            Method::RayMarch => {
+                for (directions, rays) in RAY_MARCH.0.into_iter().flat_map(|d| RAY_MARCH.1.map(|r| (d, r))) {
+                    let with = |steps| Settings { directions, rays, steps, blur: 0, ..of.clone() };
+                    all.extend(RAY_MARCH.2.map(with));
+                }
+            }
+            Method::Hbao | Method::HbaoTalk | Method::Microsphere | Method::Crease => {
+                for (directions, steps) in DIRECTIONS.into_iter().flat_map(|d| STEPS.map(|s| (d, s))) {
+                    for (blur, half_res) in [(0, false), (9, false), (9, true)] {
+                        all.push(Settings { directions, steps, blur, half_res, ..of.clone() });
+                    }
+                }
+            }
+        }
+        for ssao_samples in [8, 16, 24] {
+            for (ssao_normals, ssao_curve) in
+                [Toggle::Off, Toggle::On].map(|n| [(n, Toggle::On), (n, Toggle::Off)]).concat()
+            {
+                let of = Settings::for_method(Method::Ssao);
+                all.push(Settings { ssao_samples, ssao_normals, ssao_curve, ..of });
+            }
+        }
+        all
+    }
+
+    /// Settings that differ from these in one knob, or in directions against steps. `wide`: in wider formats too.
+    pub(super) fn around(&self, settings: &Settings, wide: bool) -> Vec<Settings> {
+        let s = settings;
+        let mut all = Vec::new();
+        let [directions, steps, rays] = [(s.directions, 64), (s.steps, 256), (s.rays, 64)].map(next_to);
+        all.extend(directions.iter().map(|&directions| Settings { directions, ..s.clone() }));
+        all.extend(steps.iter().map(|&steps| Settings { steps, ..s.clone() }));
+        if s.method == Method::RayMarch {
+            all.extend(rays.iter().map(|&rays| Settings { rays, ..s.clone() }));
+        }
+        for (&directions, &steps) in directions.iter().zip(steps.iter().rev()) {
+            all.push(Settings { directions, steps, ..s.clone() });
+        }
+        all.extend(BLURS.map(|blur| Settings { blur, ..s.clone() }));
+        // Half size needs a blur that brings it back.
+        all.push(Settings { half_res: !s.half_res, blur: s.blur.max(5), ..s.clone() });
+        let other = |toggle| if toggle == Toggle::On { Toggle::Off } else { Toggle::On };
+        all.push(Settings { edges: if s.edges == Edges::Off { Edges::Supersample } else { Edges::Off }, ..s.clone() });
+        all.push(Settings { jitter: if s.jitter == Jitter::None { Jitter::Tile } else { Jitter::None }, ..s.clone() });
+        all.push(Settings { depth_format: DepthFormat::R16f, ..s.clone() });
+        if s.method == Method::Ssao {
+            all.extend([8, 16, 24].map(|ssao_samples| Settings { ssao_samples, ..s.clone() }));
+            all.push(Settings { ssao_normals: other(s.ssao_normals), ..s.clone() });
+            all.push(Settings { ssao_curve: other(s.ssao_curve), ..s.clone() });
+            all.push(Settings { ssao_depth: SsaoDepth::Half, ..s.clone() });
+        }
+        if wide {
+            all.push(Settings { ao_format: AoFormat::R32f, ..s.clone() });
+            all.push(Settings { normal_format: NormalFormat::Rgba16f, ..s.clone() });
+        }
+        all
+    }
+
+    /// True for formats wider than the usual that nobody asked for.
+    pub(super) fn is_wide(&self, settings: &Settings) -> bool {
+        settings.ao_format != AoFormat::R8 && !self.pins("ao-format")
+            || settings.normal_format != NormalFormat::Rgba8Snorm && !self.pins("normal-format")
+    }
+}
+
+/// The counts next to this one, the lower first.
+fn next_to((count, most): (u32, u32)) -> Vec<u32> {
+    let lower = COUNTS.into_iter().rfind(|&other| other < count);
+    let higher = COUNTS.into_iter().find(|&other| other > count && other <= most);
+    lower.into_iter().chain(higher).collect()
+}
+
+/// What tells settings apart: the knobs that their image follows from. Equal for settings that render alike.
+pub(super) fn key(settings: &Settings) -> String {
+    let s = settings;
+    let matters = |knob: &str| match knob {
+        "blur" if s.method == Method::Ssao => false,
+        "blur-kernel" | "blur-depth-sigma" if s.blur == 0 => false,
+        "edges" if s.blur == 0 || s.msaa == 1 => false,
+        "ssao-depth" if s.half_res => false,
+        "ao-format" | "normal-format" | "depth-format" if s.method == Method::None => false,
+        knob => s.method.reads(knob),
+    };
+    let told = KNOBS.iter().filter(|knob| matters(knob.name)).map(|knob| knob.text(s));
+    told.chain([s.method.name().into(), (s.blur > 0).to_string()]).collect::<Vec<_>>().join(" ")
+}
+
+/// True where `a` certainly takes no more work than `b`: the same in all but counts and blur, and no count higher.
+/// `exits`: `b` may leave pixels out whose step is below a texel; with fewer steps the step is longer, and `a` may not.
+pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
+    if a.method == Method::None {
+        return true;
+    }
+    let less_blur = a.blur == 0
+        || a.blur <= b.blur && a.blur_kernel == b.blur_kernel && (a.edges == b.edges || a.edges == Edges::Off);
+    let of_b = |a: &Settings| Settings {
+        directions: b.directions,
+        steps: b.steps,
+        rays: b.rays,
+        ssao_samples: b.ssao_samples,
+        blur: b.blur,
+        blur_kernel: b.blur_kernel,
+        edges: b.edges,
+        ..a.clone()
+    };
+    less_blur
+        && a.directions <= b.directions
+        && (a.steps == b.steps || a.steps < b.steps && !exits)
+        && a.rays <= b.rays
+        && a.ssao_samples <= b.ssao_samples
+        && of_b(a) == *b
+}
+
+/// About how much work settings are, in depth samples a pixel: the order in which they are tried, and nothing more.
+pub(super) fn work(settings: &Settings) -> f64 {
+    let s = settings;
+    let samples = match s.method {
+        Method::None => return 0.0,
+        Method::Ssao => s.ssao_samples,
+        Method::RayMarch => s.directions * s.rays * s.steps,
+        _ => s.directions * s.steps,
+    };
+    f64::from(samples) / f64::from(s.ao_scale().pow(2)) + f64::from(s.blur)
+}
+
+/// Whether the method leaves out pixels whose step is below a texel.
+pub(super) fn exits_early(method: Method) -> bool {
+    matches!(method, Method::Hbao | Method::HbaoTalk | Method::Microsphere | Method::Crease)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    fn space(base: Settings, pinned: &[&str], edges: [bool; 2]) -> Space {
+        let pinned = KNOBS.iter().filter(|knob| pinned.contains(&knob.name)).collect();
+        Space { base, pinned, edges }
+    }
+
+    fn admitted(space: &Space) -> Vec<Settings> {
+        let sweep = space.sweep();
+        let around = sweep.iter().flat_map(|settings| space.around(settings, true));
+        sweep.iter().cloned().chain(around).filter_map(|settings| space.admit(&settings)).collect()
+    }
+
+    #[test]
+    fn the_search_holds_the_sweep_of_trade_and_keeps_to_the_ranges() {
+        let base = Settings { msaa: 1, edges: Edges::Off, ..Settings::default() };
+        let keys: HashSet<String> = admitted(&space(base.clone(), &[], [false; 2])).iter().map(key).collect();
+        for settings in trade::sweep(&base) {
+            assert!(keys.contains(&key(&settings)), "{}", settings.to_toml());
+        }
+        for settings in admitted(&space(base, &[], [true; 2])) {
+            settings.validate().unwrap();
+            assert!(!settings.half_res || settings.blur > 0, "half size cannot be compared");
+        }
+    }
+
+    #[test]
+    fn pins_and_the_picture_are_kept() {
+        let base = Settings { bias: 0.5, strength: 1.5, blur: 9, jitter: Jitter::None, ..Settings::default() };
+        let space = space(base, &["method", "blur", "jitter"], [true; 2]);
+        let all = admitted(&space);
+        assert!(all.len() > 100);
+        for s in all {
+            assert_eq!((s.method, s.blur, s.jitter), (Method::Hbao, 9, Jitter::None));
+            assert_eq!((s.bias, s.strength, s.msaa), (0.5, 1.5, 4));
+        }
+    }
+
+    #[test]
+    fn without_edges_no_blur_goes_around_samples_unless_it_was_asked_for() {
+        let base = Settings::default();
+        let wanted = |space: Space| admitted(&space).iter().any(|s| s.edges == Edges::Supersample);
+        assert!(wanted(space(base.clone(), &[], [true; 2])));
+        assert!(!wanted(space(base.clone(), &[], [false; 2])));
+        assert!(wanted(space(base, &["edges"], [false; 2])));
+    }
+
+    #[test]
+    fn less_work_is_claimed_only_where_it_is_certain() {
+        let base = Settings::default();
+        let with = |directions, steps, blur| Settings { directions, steps, blur, ..base.clone() };
+        let b = with(8, 8, 9);
+        for (a, expected) in [
+            (b.clone(), true),
+            (with(4, 8, 9), true),
+            (with(8, 4, 0), true),
+            (with(9, 1, 0), false),
+            (with(8, 8, 13), false),
+            (Settings { edges: Edges::Off, ..b.clone() }, true),
+            (Settings { half_res: true, ..b.clone() }, false),
+            (Settings { jitter: Jitter::None, ..b.clone() }, false),
+            (Settings { method: Method::Crease, directions: 1, ..b.clone() }, false),
+            (Settings { method: Method::None, directions: 64, ..b.clone() }, true),
+        ] {
+            assert_eq!(no_more_work(&a, &b, false), expected, "{}", a.to_toml());
+        }
+        assert!(!no_more_work(&with(8, 4, 9), &b, true) && no_more_work(&with(4, 8, 9), &b, true));
+        assert!(!no_more_work(&b, &Settings { edges: Edges::Off, ..b.clone() }, false));
+    }
+
+    #[test]
+    fn what_renders_alike_is_one() {
+        let base = Settings::default();
+        let alike = |a: Settings, b: Settings| key(&a) == key(&b);
+        let blurless = Settings { blur: 0, ..base.clone() };
+        assert!(alike(blurless.clone(), Settings { edges: Edges::Off, ..blurless.clone() }));
+        assert!(!alike(base.clone(), blurless));
+        assert!(!alike(base.clone(), Settings { edges: Edges::Off, ..base.clone() }));
+        let ssao = Settings::for_method(Method::Ssao);
+        assert!(alike(ssao.clone(), Settings { blur: 21, directions: 3, ..ssao.clone() }));
+        assert!(!alike(ssao.clone(), Settings { blur: 0, ..ssao }));
+    }
+}
