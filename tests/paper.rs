@@ -7,7 +7,17 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn hbao(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hbao")).current_dir(folder).args(arguments.split_whitespace()).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_hbao"))
+        .current_dir(folder)
+        // A report compiles hundreds of shaders, many of them again. Mesa's cache may hide a compile error, which other tests
+        // look for; here it is these tests' own.
+        .env_remove("MESA_SHADER_CACHE_DISABLE")
+        .env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"))
+        // On images as small, threads wait for each other.
+        .env("LP_NUM_THREADS", "1")
+        .args(arguments.split_whitespace())
+        .output()
+        .unwrap()
 }
 
 /// What stands between `from` and `to`, wherever it does.
@@ -62,7 +72,7 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     assert_eq!(between(&page, "src=\"data:", "\"").count(), of("png"));
     assert_eq!(page.matches("<svg").count(), of("svg"));
     assert!(of("png") > 30 && of("svg") > 6);
-    assert!(files.iter().all(|path| !path.to_string_lossy().contains(".tmp")));
+    assert_eq!(of("tmp"), 0, "something half-written is left");
     commands_make_the_same_pictures(&page, &report);
 
     let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();

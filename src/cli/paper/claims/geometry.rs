@@ -309,7 +309,6 @@ fn snapped_directions_band(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                no step is below a texel."
             .into(),
         unmeasured: Some("in no view steps are longer than a texel at 1000 pixels: give a larger --size".into()),
-        ..Claim::default()
     })
 }
 
