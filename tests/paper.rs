@@ -1,23 +1,16 @@
 //! `hbao paper` writes one page that needs nothing but itself, with every figure, table and claim; at a size for a quick
 //! look, and with the built-in scenes alone.
 
+mod rig;
+
 use hbao::image::{Image, png};
+use rig::process::with_shader_cache;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn hbao(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hbao"))
-        .current_dir(folder)
-        // A report compiles hundreds of shaders, many of them again. Mesa's cache may hide a compile error, which other tests
-        // look for; here it is these tests' own.
-        .env_remove("MESA_SHADER_CACHE_DISABLE")
-        .env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"))
-        // On images as small, threads wait for each other.
-        .env("LP_NUM_THREADS", "1")
-        .args(arguments.split_whitespace())
-        .output()
-        .unwrap()
+    with_shader_cache(env!("CARGO_BIN_EXE_hbao"), folder, arguments)
 }
 
 /// What stands between `from` and `to`, wherever it does.

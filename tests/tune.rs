@@ -1,30 +1,23 @@
 //! `hbao tune` finds the settings that a view needs, and what it promises of them is so.
 
+mod rig;
+
 use hbao::context::{Backend, Context};
 use hbao::image::{Image, exr};
 use hbao::measure::errors::Errors;
 use hbao::scene::{CORNELL_BOX, Scene};
 use hbao::settings::{DepthFormat, Edges, Method};
 use hbao::{Pipeline, Request, Settings};
+use rig::process::with_shader_cache;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const RAYS: &str = "--truth-rays 32";
 
 fn hbao(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hbao"))
-        .current_dir(folder)
-        // A search compiles the same blur hundreds of times. Mesa's cache may hide a compile error, which other tests look
-        // for; here it is these tests' own.
-        .env_remove("MESA_SHADER_CACHE_DISABLE")
-        .env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"))
-        // On images as small, threads wait for each other.
-        .env("LP_NUM_THREADS", "1")
-        .args(arguments.split_whitespace())
-        .output()
-        .unwrap()
+    with_shader_cache(env!("CARGO_BIN_EXE_hbao"), folder, arguments)
 }
 
 /// Tunes into t.toml and t.json. It must succeed; returns what it wrote and said.

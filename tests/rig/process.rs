@@ -1,7 +1,8 @@
 //! A process of a test's own, for what depends on the environment or measures the process.
 
 use std::ffi::OsStr;
-use std::process::Command;
+use std::path::Path;
+use std::process::{Command, Output};
 
 /// Runs `body` in a process of its own, with `environment`: a child that runs only `test`, the test that calls this.
 pub fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnOnce()) {
@@ -16,4 +17,14 @@ pub fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnO
     let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     // A filter that matches no test succeeds too, so that one passed must be read.
     assert!(output.status.success() && text.contains("1 passed"), "{test}: {}\n{text}", output.status);
+}
+
+/// Runs `program`, the command, in a folder, with one thread and a shader cache: for verbs that compile hundreds of shaders,
+/// many of them again. Mesa's cache may hide a compile error, which other tests look for; here it is their own.
+pub fn with_shader_cache(program: &str, folder: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(program);
+    command.current_dir(folder).args(arguments.split_whitespace());
+    command.env_remove("MESA_SHADER_CACHE_DISABLE").env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
+    // On images as small, threads wait for each other.
+    command.env("LP_NUM_THREADS", "1").output().unwrap()
 }
