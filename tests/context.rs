@@ -4,8 +4,7 @@
 //! measures the process runs in a child: this same program, told to run that one test.
 
 // The one piece of the tests' rig that is of use here.
-#[allow(unreachable_pub)]
-#[allow(dead_code)] // its own part of it
+#[allow(dead_code, unreachable_pub)]
 #[path = "rig/process.rs"]
 mod process;
 
