@@ -31,7 +31,7 @@ mod tile;
 
 pub use ambient_occlusion::{AmbientOcclusion, Inputs};
 pub use error::Error;
-pub use gl::{Format, PassTime, Timers, size_limit};
+pub use gl::{Format, PassTime, Timers, check_size, size_limit};
 pub use pass::composite::Apply;
 pub use pass::method::NormalEncoding;
 pub use pass::probe::format_renders;

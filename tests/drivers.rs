@@ -158,3 +158,19 @@ fn softpipe_falls_back_from_signed_normals_and_matches_the_twins() {
         }
     });
 }
+
+/// softpipe unrolls loops over directions whatever they hold, and overflowed its stack at 31 directions of 32 steps.
+#[test]
+fn softpipe_takes_as_many_directions_and_steps_as_it_unrolls() {
+    let environment = [("GALLIUM_DRIVER", OsStr::new("softpipe"))];
+    in_own_process("softpipe_takes_as_many_directions_and_steps_as_it_unrolls", &environment, || {
+        let context = Context::open(Backend::Osmesa).unwrap();
+        let shot = scenes::box_on_a_floor();
+        for (directions, steps) in [(32, 32), (31, 32), (28, 32), (32, 28), (33, 32)] {
+            let settings = Settings { directions, steps, blur: 0, ..rig::float_settings(20.0 * shot.radius) };
+            let frame = rig::render(context.gl(), &shot, (16, 12), &settings);
+            twin::hold_raw(&frame, &settings, &format!("softpipe, {directions} x {steps}"));
+            assert!(frame.raw.texels.iter().any(|&a| a < 0.9), "every pixel exits early");
+        }
+    });
+}

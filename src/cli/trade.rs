@@ -1,16 +1,16 @@
 //! `hbao trade`: error against time over a sweep of settings.
 
 use super::flags::{self, Flags, Opened};
-use super::truth::trace;
+use super::truth::{trace, without_effect};
 use super::{bar, plot, print, say};
 use clap::{ArgMatches, Command};
 use glow::HasContext as _;
-use hbao::Error;
 use hbao::context::Context;
 use hbao::image::{Image, Outputs};
 use hbao::measure::decomposition::{Decomposition, Part, decompose_all, subset};
 use hbao::measure::trade::{Row, chapter, measure, sweep};
 use hbao::settings::{Method, Settings};
+use hbao::{Error, check_size};
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -59,13 +59,14 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Outputs::check(json.iter().chain(&csv).chain(&plotted).cloned())?;
     let Opened { scene, settings, camera, notices } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation" | "strength"));
-    idle.map(|knob| format!("--{knob} has no effect on the sweep")).chain(notices).for_each(|notice| say(&notice));
+    idle.map(|knob| without_effect(knob, &settings, "the sweep")).chain(notices).for_each(|notice| say(&notice));
     let base = settings.resolved(scene.mesh.diagonal());
 
     let context = Context::open(flags.backend)?;
     let gl = context.gl();
     context.passed_over().into_iter().for_each(say);
     say(&context.describe());
+    check_size(gl, flags.size.0, flags.size.1)?;
     let traced = trace(&scene.mesh, &camera, flags.size, &base, rays)?;
     let (width, height) = (flags.size.0 as usize, flags.size.1 as usize);
     let truth = Image { width, height, texels: traced.visibility.iter().map(|&a| a as f32).collect() };

@@ -12,6 +12,9 @@ use hbao::settings::Settings;
 use std::path::PathBuf;
 use std::time::Instant;
 
+/// As many as 8192x8192. A pixel under way takes some 60 bytes.
+const MOST_PIXELS: u64 = 1 << 26;
+
 const EXPLANATION: &str = "\
 Eq. 6.2.3 of ShaderX7: rays in uniform directions of the hemisphere about the triangle's normal, from the surface point on
 the ray of each pixel's centre; triangles occlude from both sides. Of the settings only --radius and --attenuation matter.
@@ -41,6 +44,9 @@ pub(crate) fn trace(
     settings: &Settings,
     rays: u32,
 ) -> Result<Traced, Error> {
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(Error::Usage(format!("--size {width}x{height}: at most {MOST_PIXELS} pixels can be traced")));
+    }
     let truth = Truth::new(mesh, camera, (width as usize, height as usize), settings, rays)?;
     let pixels: Vec<usize> = (0..width as usize * height as usize).collect();
     let start = Instant::now();
@@ -56,6 +62,15 @@ pub(crate) fn trace(
     Ok(traced)
 }
 
+/// That a knob changes nothing; but a method brings an attenuation of its own, unless there is one given.
+pub(crate) fn without_effect(knob: &str, settings: &Settings, on: &str) -> String {
+    let attenuation = settings.attenuation.name();
+    if knob == "method" && settings.attenuation == Settings::for_method(settings.method).attenuation {
+        return format!("--method has no effect on {on} but for its attenuation, {attenuation}");
+    }
+    format!("--{knob} has no effect on {on}")
+}
+
 /// Traces every pixel, writes the image, and says how noisy it is.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
@@ -65,7 +80,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Outputs::check([output.clone()])?;
     let Opened { scene, settings, camera, notices } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation"));
-    idle.map(|knob| format!("--{knob} has no effect on rays")).chain(notices).for_each(|notice| say(&notice));
+    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(notices).for_each(|notice| say(&notice));
 
     let (width, height) = (flags.size.0 as usize, flags.size.1 as usize);
     let resolved = settings.resolved(scene.mesh.diagonal());

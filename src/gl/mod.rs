@@ -67,7 +67,7 @@ pub fn size_limit(gl: &glow::Context) -> u32 {
 }
 
 /// Refuses a size that the driver cannot render.
-pub(crate) fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
+pub fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
     let limit = size_limit(gl);
     if width == 0 || height == 0 || width > limit || height > limit {
         return Err(Error::Usage(format!("size {width}x{height}: this driver takes 1x1 to {limit}x{limit}")));

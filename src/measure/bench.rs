@@ -147,7 +147,7 @@ pub fn scaling(base: &Settings, size: (u32, u32), triangles: usize) -> Vec<Case>
         (side(size.0), side(size.1))
     };
     let pixels = (-4..=2).map(|i| Case::new(SCALING, "pixels", hbao.clone(), by(2f64.powf(f64::from(i) / 2.0))));
-    let samples = [(4, 4), (8, 4), (8, 8), (16, 8), (16, 16), (32, 16), (32, 32)].map(|(directions, steps)| {
+    let samples = [(4, 4), (8, 4), (8, 8), (16, 8), (16, 16), (32, 16), (64, 16)].map(|(directions, steps)| {
         Case::new(SCALING, "samples", Settings { directions, steps, ..hbao.clone() }, by(0.5))
     });
     let mut cases: Vec<Case> = pixels.chain(samples).collect();

@@ -37,7 +37,9 @@ const OF_THE_TABLE: [(&str, Cell, Cell); 11] = [
 /// The ratios of those cases that `rows` hold.
 pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
     let ours = |cost: Cost, mode: &str, column: &str| {
-        let row = rows.iter().find(|row| row.case.mode == mode && row.case.column == column);
+        // A driver may have given fewer samples than the row is of.
+        let is = |row: &&Row| row.case.mode == mode && row.case.column == column;
+        let row = rows.iter().find(is).filter(|row| row.samples == row.case.settings.msaa);
         row.map_or(f64::NAN, |row| {
             median(match cost {
                 Cost::Frame => &row.frame_ms,

@@ -120,7 +120,7 @@ fn defines(settings: &Settings, variant: Variant) -> Defines {
     let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2])
         .value("N_D", settings.directions)
         .value("N_S", settings.steps)
-        .value("EACH_STEP(step)", each_step(settings.steps))
+        .value("EACH_STEP(step)", each_step(settings.directions, settings.steps))
         .value("DIRECTIONS", directions)
         .word("ATTENUATION", settings.attenuation.name())
         .word("JITTER", settings.jitter.name());
@@ -137,13 +137,14 @@ fn defines(settings: &Settings, variant: Variant) -> Defines {
     defines
 }
 
-/// `step(1) step(2)` and so on to `steps`, as a macro's body. Mesa unrolls a loop over 8 steps of ours and leaves one over 12
-/// as it is, which takes llvmpipe 1.6 times as long a step; what is written out needs no unrolling.
-fn each_step(steps: u32) -> String {
-    /// More are a loop over so many or fewer, lest shaders grow without end.
-    const MOST: u32 = 32;
+/// `step(1) step(2)` and so on, as a macro's body. Mesa unrolls a loop over 8 steps of ours and leaves one over 12 as it is,
+/// which takes llvmpipe 1.6 times as long a step; what is written out needs no unrolling.
+fn each_step(directions: u32, steps: u32) -> String {
+    // More are a loop over so many or fewer, lest shaders grow without end. Mesa's softpipe unrolls up to 32 directions too,
+    // and overflows its stack at 31 of 32 steps.
+    let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
     let call = |i: &str| format!("step({i}) ");
-    let loops = steps.div_ceil(MOST);
+    let loops = steps.div_ceil(most);
     if loops == 1 {
         return (1..=steps).map(|i| call(&i.to_string())).collect();
     }

@@ -19,6 +19,9 @@ use std::f64::consts::TAU;
 /// N_d of the converged method: the most that the method itself takes.
 const DIRECTIONS: u32 = 64;
 
+/// A pixel of more would take seconds, and an image days.
+const MOST_STEPS: u32 = 1 << 20;
+
 /// Visibility A by the settings' method, converged, of the pixels of these indices (y * width + x, y up); 1 on
 /// background. Of the settings it reads the method, R, attenuation, strength, bias and clamp.
 ///
@@ -37,6 +40,10 @@ pub fn converged(inputs: &Inputs, settings: &Settings, pixels: &[usize]) -> Resu
         return Err(Error::Usage(format!("pixel {outside} lies outside the image of {width}x{height}")));
     }
     let Some(method) = Terms::of(&settings) else { return Ok(vec![1.0; pixels.len()]) };
+    let wanted = |&i: &usize| scene.pixel(i % width, i / width).map_or(0, |pixel| at_every_texel(&scene, pixel).steps);
+    if pixels.iter().map(wanted).max() > Some(MOST_STEPS) {
+        return Err(Error::Usage(format!("R covers more than {MOST_STEPS} texels: too many to take a sample at each")));
+    }
     let occlusion: Occlusion = match settings.method {
         Method::Hbao => hbao,
         Method::HbaoTalk => hbao_talk,

@@ -86,7 +86,8 @@ impl<'a> Truth<'a> {
         };
         let halves: Vec<Option<[f64; 2]>> = pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
         // Each half has twice the variance of their mean, and their difference four times.
-        let squares: f64 = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).sum();
+        // From 0, since an empty sum is -0.
+        let squares = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).fold(0.0, |sum, square| sum + square);
         let covered: Vec<bool> = halves.iter().map(Option::is_some).collect();
         let count = covered.iter().filter(|&&covered| covered).count();
         Traced {

@@ -45,10 +45,10 @@ pub(super) fn lines(series: &[Series], axes: &Axes) -> Result<String, Error> {
     let ((left, right), (low, high)) = (range(|p| p.0), range(|p| p.1));
     svg(SIZE, |root| {
         if axes.logarithmic {
-            let (x, y) = ((left / 1.3..right * 1.3).log_scale(), (low / 1.5..high * 1.5).log_scale());
+            let (x, y) = ((left / 1.3..right * 1.3).log_scale(), (low / 1.5..high * 6.0).log_scale());
             chart(root, series, axes, x, y)
         } else {
-            chart(root, series, axes, left..right, 0.0..high.max(1e-3) * 1.08)
+            chart(root, series, axes, left..right, 0.0..high.max(1e-3) * 1.3)
         }
     })
 }
@@ -75,6 +75,7 @@ where
     };
     chart
         .configure_mesh()
+        .x_labels(6)
         .x_desc(axes.x)
         .y_desc(axes.y)
         .x_label_formatter(&short)

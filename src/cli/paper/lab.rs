@@ -1,5 +1,6 @@
 //! Where the report's pictures and figures come from: the scenes at hand, ways to render them, and their truth.
 
+use super::tables::Tables;
 use glam::{DVec3, dvec3};
 use hbao::image::Image;
 use hbao::measure::decomposition::subset;
@@ -8,7 +9,7 @@ use hbao::reference::{self, truth::Truth};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, Mesh, NAVE, Projection, Scene, View};
 use hbao::settings::{AoFormat, Method, NormalFormat, Radius};
 use hbao::{Error, PassTime, Pipeline, Request, Settings, glow, rotation_tile};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -165,6 +166,8 @@ pub(super) struct Lab<'a> {
     /// A line for each model that is not there.
     pub(super) missing: Vec<String>,
     truths: RefCell<HashMap<String, Rc<Traced>>>,
+    /// The least error against a truth so far, RMS.
+    least: Cell<f64>,
 }
 
 impl<'a> Lab<'a> {
@@ -204,7 +207,7 @@ impl<'a> Lab<'a> {
             };
             subjects.push(model.subject(mesh));
         }
-        Ok(Lab { gl, size, rays, subjects, missing, truths: RefCell::default() })
+        Ok(Lab { gl, size, rays, subjects, missing, truths: RefCell::default(), least: Cell::new(f64::INFINITY) })
     }
 
     /// The scene of this key, where it is at hand.
@@ -298,6 +301,19 @@ impl<'a> Lab<'a> {
         self.truths.borrow().values().map(|traced| traced.noise).fold(0.0, f64::max)
     }
 
+    /// What there is to say where the truth's noise is more than a fifth of an error quoted.
+    pub(super) fn noise_is_much(&self, tables: &Tables) -> Option<String> {
+        let swept = tables.trades.iter().flat_map(|swept| swept.rows.iter().map(|row| (swept.noise, row.errors.rmse)));
+        let all = swept.chain([(self.noise(), self.least.get())]);
+        let worst = all.map(|(noise, error)| (noise / error, noise, error)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (worst.0 > 0.2).then(|| {
+            format!(
+                "The truth's noise of {:.4} is more than a fifth of the least error, {:.4}: give more --truth-rays",
+                worst.1, worst.2
+            )
+        })
+    }
+
     /// Errors of an image against the truth of the settings' radius and attenuation.
     pub(super) fn errors_of(
         &self,
@@ -306,7 +322,9 @@ impl<'a> Lab<'a> {
         settings: &Settings,
     ) -> Result<Errors, Error> {
         let truth = self.truth(subject, settings)?;
-        compare(image, &truth.visibility, &truth.mask)
+        let errors = compare(image, &truth.visibility, &truth.mask)?;
+        self.least.set(self.least.get().min(errors.rmse));
+        Ok(errors)
     }
 
     /// Errors of what these settings render.

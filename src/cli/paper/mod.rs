@@ -1,4 +1,4 @@
-//! `hbao paper`: every figure, table and claim of the papers, regenerated into one page.
+//! `hbao paper`: every picture, table and claim of the papers, regenerated into one page.
 
 mod claims;
 mod drawing;
@@ -13,9 +13,9 @@ use super::folder::MadeFolder;
 use super::{bar, say};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use glow::HasContext as _;
-use hbao::Error;
 use hbao::context::Context;
 use hbao::image::Outputs;
+use hbao::{Error, check_size};
 use lab::Lab;
 use page::Report;
 use serde_json::json;
@@ -26,8 +26,12 @@ use tables::Tables;
 const PAGE: &str = "index.html";
 const FIGURES: &str = "report.json";
 
-/// Below this the strips along borders and the windows of tiles that claims look at are gone.
-const SMALLEST: (u32, u32) = (64, 48);
+/// Below this there is nothing to see.
+const SMALLEST: &str = "64x48";
+
+/// What is no rendering.
+const DIAGRAMS: &str = "The papers' diagrams that show nothing rendered: 6.1.2, 6.1.3, 6.2.2, 6.2.5 to 6.2.9, 6.2.11, 6.2.12 and \
+                        the talk's Figure 2";
 
 const EXPLANATION: &str = "\
 DIR/index.html needs nothing but itself; its pictures and drawings also lie beside it, and report.json has the figures. The
@@ -44,12 +48,16 @@ pub(crate) fn command() -> Command {
     let own = [
         output.value_parser(value_parser!(PathBuf)).help("The folder to write into; made if it is missing"),
         flags::path("models", "DIR", "Where the papers' models lie"),
-        flags::size_argument(),
+        flags::valued(
+            "size",
+            "WxH",
+            format!("Width and height of the pictures [at least {SMALLEST}; default: 1600x1200]"),
+        ),
         flags::truth_rays(),
         flags::valued("runs", "N", "Counted runs of what is timed [1 to 1000; default: 3]"),
         flags::backend_argument(),
     ];
-    Command::new("paper").about("Regenerate the papers' figures, tables and claims").args(own).after_help(EXPLANATION)
+    Command::new("paper").about("Regenerate the papers' pictures, tables and claims").args(own).after_help(EXPLANATION)
 }
 
 /// Measures and renders everything, and writes the page.
@@ -57,9 +65,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
     let models = matches.get_one::<PathBuf>("models").cloned();
     let size = flags::read_size(matches)?;
-    if size.0 < SMALLEST.0 || size.1 < SMALLEST.1 {
-        let [width, height] = [SMALLEST.0, SMALLEST.1];
-        return Err(Error::Usage(format!("--size {}x{}: the report needs at least {width}x{height}", size.0, size.1)));
+    if size.0 < 64 || size.1 < 48 {
+        return Err(Error::Usage(format!("--size {}x{}: the report needs at least {SMALLEST}", size.0, size.1)));
     }
     let rays = flags::read_truth_rays(matches)?;
     let runs = flags::read_runs(matches, 3)?;
@@ -75,6 +82,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let gl = context.gl();
     context.passed_over().into_iter().for_each(say);
     say(&context.describe());
+    check_size(gl, size.0, size.1)?;
     let lab = Lab::open(gl, size, rays, models.as_deref())?;
     lab.missing.iter().for_each(|line| say(line));
 
@@ -85,7 +93,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let progress = bar((figures::ALL.len() + tests.len()) as u64, "figures and claims");
     let mut report = Report {
         about: Vec::new(),
-        missing: lab.missing.clone(),
+        missing: lab.missing.iter().cloned().chain([DIAGRAMS.into()]).collect(),
         claims: Vec::new(),
         measures: tables.figures()?,
         figures: Vec::new(),
@@ -99,6 +107,17 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         progress.inc(1);
     }
     progress.finish_and_clear();
+    if let Some(line) = lab.noise_is_much(&tables) {
+        say(&line);
+        report.missing.push(line);
+    }
+    if size.0 * size.1 < 1_000_000 {
+        report.missing.push(format!(
+            "What {}x{} pixels are too few for: where a step falls below a texel the chapter exits early, and far surfaces are \
+             open. 1600x1200 is the papers' size",
+            size.0, size.1
+        ));
+    }
     // SAFETY: the context is current on this thread, and these are core parameters.
     let (renderer, version) =
         unsafe { (gl.get_parameter_string(glow::RENDERER), gl.get_parameter_string(glow::VERSION)) };
@@ -144,6 +163,8 @@ fn figures_of(report: &Report, tables: &Tables, renderer: &str, size: (u32, u32)
             "says": claim.says,
             "source": claim.source,
             "rule": claim.rule,
+            "note": claim.note,
+            "unmeasured": claim.unmeasured.as_ref().filter(|_| claim.found.is_empty()),
             "verdict": claim.verdict().name(),
             "found": found.collect::<Vec<_>>(),
         })
@@ -152,6 +173,7 @@ fn figures_of(report: &Report, tables: &Tables, renderer: &str, size: (u32, u32)
         "renderer": renderer,
         "size": [size.0, size.1],
         "missing": report.missing,
+        "about": report.about.iter().map(|(name, value)| json!({ "name": name, "value": value })).collect::<Vec<_>>(),
         "claims": claims.collect::<Vec<_>>(),
         "tables": tables.json(),
     })

@@ -39,7 +39,7 @@ pub(super) struct Table {
 #[derive(Default)]
 pub(super) struct Figure {
     /// Its number in the paper; also its anchor.
-    pub(super) id: &'static str,
+    pub(super) id: String,
     pub(super) title: String,
     pub(super) text: String,
     pub(super) pictures: Vec<Picture>,
@@ -108,7 +108,7 @@ pub(super) fn html(report: &Report) -> String {
                 h2 { "Figures" }
                 p.hint {
                     "Pictures of one figure can be laid over each other: move the slider, or blink. Ambient occlusion is \
-                     shown as visibility: white is open. Each caption ends with the command that makes the same image."
+                     shown as visibility: white is open. Where the command knows the scene, a caption ends with what makes the same image."
                 }
                 @for figure in &report.figures { (section(figure)) }
                 script { (PreEscaped(SCRIPT)) }

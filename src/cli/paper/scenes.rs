@@ -35,7 +35,9 @@ pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -
     };
     let mesh = quads([side(-1.0), side(1.0)])?;
     let mut fold = subject(key, name, mesh, (dvec3(0.0, 0.0, 30.0), DVec3::ZERO), 3.0);
-    fold.view.lens = Some(Lens::FovY(2.0 * (f64::from(size.1) / f64::from(size.0)).atan()));
+    // As far as a camera goes: of a picture far higher than wide, less.
+    let fov_y = 2.0 * (f64::from(size.1) / f64::from(size.0)).atan();
+    fold.view.lens = Some(Lens::FovY(fov_y.clamp(1.5f64.to_radians(), 174f64.to_radians())));
     Ok(fold)
 }
 

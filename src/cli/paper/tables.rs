@@ -23,6 +23,9 @@ pub(super) struct Trade {
     pub(super) scene: String,
     pub(super) size: (u32, u32),
     pub(super) noise: f64,
+    key: &'static str,
+    rays: u32,
+    runs: usize,
     /// The fastest first.
     pub(super) rows: Vec<trade::Row>,
     /// The chapter's own rows taken apart.
@@ -160,7 +163,7 @@ impl Tables {
             format!("Of {} depth samples a pixel the driver gave {}.", row.case.settings.msaa, row.samples)
         }));
         Figure {
-            id: "table-6.2.1",
+            id: "table-6.2.1".into(),
             title: "Table 6.2.1: frames per second".into(),
             text: "Whole frames with a blur of 9x9: without ambient occlusion and blur, with the blur over A = 1, and with so \
                    many directions of so many steps."
@@ -213,7 +216,7 @@ impl Tables {
             COLUMNS[1]
         );
         Figure {
-            id: "speeds",
+            id: "speeds".into(),
             title: "Each method's pass, and Figure 1 of the talk".into(),
             text: "The ambient occlusion pass alone, one sample a pixel. Its floor is the same shader with every fetch of depth, \
                    in which the arithmetic after each is replaced by a sum."
@@ -239,7 +242,7 @@ impl Tables {
             .collect();
         rows.push(vec!["2008, GeForce 8800 GTX".into(), String::new(), String::new(), number(CRYSIS_MS, 0)]);
         Figure {
-            id: "crysis",
+            id: "crysis".into(),
             title: "Crysis at 1280x720".into(),
             text: "16 samples and their 4x4 blur, as in the paper; with depth at half size, and with mirrored offsets."
                 .into(),
@@ -259,7 +262,7 @@ impl Tables {
             vec![ratio.what.into(), number(ratio.ours, 2), papers.join(", ")]
         });
         Figure {
-            id: "ratios",
+            id: "ratios".into(),
             title: "Ratios of times, here and in 2008".into(),
             text: "What one thing costs relative to another. In the papers AO is a frame less that without it.".into(),
             tables: vec![Table {
@@ -283,7 +286,7 @@ impl Tables {
             let rows: Vec<&Row> = self.of_mode("scaling").filter(|row| row.case.column == series).collect();
             let line = |name: &str, times: fn(&Row) -> &Vec<f64>| {
                 let points: Vec<_> = rows.iter().map(|row| (row.along(), median(times(row)))).collect();
-                let drawn = points.iter().all(|point| point.1 > 0.0);
+                let drawn = !points.is_empty() && points.iter().all(|point| point.1 > 0.0);
                 drawn.then(|| (name.to_string(), points))
             };
             let lines = [
@@ -324,7 +327,7 @@ impl Tables {
             });
         }
         Ok(Figure {
-            id: "scaling",
+            id: "scaling".into(),
             title: "How costs grow".into(),
             text: format!(
                 "{}, hbao with a blur of 9x9. Triangles are the same surface, every triangle cut in four, repeatedly. {}",
@@ -339,6 +342,10 @@ impl Tables {
 }
 
 impl Trade {
+    /// The settings of the chapter's own rows.
+    pub(super) fn chapter(&self) -> impl Iterator<Item = &Settings> {
+        self.parts.iter().map(|(settings, _)| settings)
+    }
     fn measure(lab: &Lab, subject: &Subject, runs: usize, progress: impl Fn()) -> Result<Trade, Error> {
         // A quarter of the pixels: all of them are traced.
         let size = lab.small();
@@ -360,6 +367,9 @@ impl Trade {
         Ok(Trade {
             parts: chapter.into_iter().zip(parts).collect(),
             scene: subject.name.clone(),
+            key: subject.key,
+            rays: lab.rays,
+            runs,
             size,
             noise: traced.noise_rmse,
             rows,
@@ -371,19 +381,11 @@ impl Trade {
         let (width, height) = self.size;
         let rows = self.rows.iter().map(|row| {
             let s = &row.settings;
-            let case = match s.method {
-                Method::None => String::new(),
-                Method::Ssao => format!("{}", s.ssao_samples),
-                Method::RayMarch => format!("{}x{}x{}", s.directions, s.rays, s.steps),
-                _ => format!("{}/{}", s.directions, s.steps),
-            };
             let flip = row.errors.flip.map_or("-".into(), |flip| format!("{flip:.3}"));
             let star = if row.pareto { "*" } else { "" };
             vec![
                 format!("{star}{}", s.method.name()),
-                case,
-                if s.half_res { "half".into() } else { "full".into() },
-                s.blur.to_string(),
+                trade_verb::words(s),
                 format!("{:.2}", row.ms),
                 format!("{:.4}", row.errors.rmse),
                 format!("{:.4}", row.errors.mae),
@@ -393,15 +395,9 @@ impl Trade {
                 row.edge_errors.map_or("-".into(), |edge| format!("{:.4}", edge.rmse)),
             ]
         });
-        let heads =
-            ["method", "samples", "resolution", "blur", "ms", "RMSE", "mean abs.", "bias", "max", "FLIP", "edge RMSE"];
-        let id: &'static str = match self.scene.as_str() {
-            "Dragon" => "trade-dragon",
-            "Cornell box" => "trade-cornell-box",
-            _ => "trade-church",
-        };
+        let heads = ["method", "samples", "ms", "RMSE", "mean abs.", "bias", "max", "FLIP", "edge RMSE"];
         Ok(Figure {
-            id,
+            id: format!("trade-{}", self.key),
             title: format!("Error against time: {}", self.scene),
             text: format!(
                 "Ambient occlusion and its blur against ray-traced visibility, whose own noise is {:.4} RMS. A star marks what \
@@ -409,8 +405,11 @@ impl Trade {
                 self.noise
             ),
             drawings: vec![Drawing {
-                file: format!("{id}.svg"),
-                caption: format!("hbao trade {} --size {width}x{height}", self.arguments),
+                file: format!("trade-{}.svg", self.key),
+                caption: format!(
+                    "hbao trade {} --size {width}x{height} --truth-rays {} --runs {}",
+                    self.arguments, self.rays, self.runs
+                ),
                 svg: plot::trade(&self.rows, &format!("{}, {width}x{height}", self.scene))?,
             }],
             tables: vec![

@@ -12,7 +12,7 @@ use hbao::reference::anatomy::Anatomy;
 use hbao::reference::trace::Tracer;
 use hbao::scene::{Camera, Projection};
 use hbao::settings::Method;
-use hbao::{Error, Pipeline, Request, Settings};
+use hbao::{Error, Pipeline, Request, Settings, size_limit};
 
 pub(super) const ALL: &[Test] = &[edges_brighten, pattern_vanishes, hidden_points_are_open, beyond_the_border];
 
@@ -46,7 +46,7 @@ fn pattern_vanishes(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         let depth = lab.see(&wall, lab.size, &wall.exact(Method::Ssao))?.depth;
         let left =
             |blur| Ok::<_, Error>(noise(&lab.ao(&wall, &Settings { blur, ..wall.exact(Method::Ssao) })?, &depth));
-        let (before, after) = (left(0)?, left(9)?);
+        let (Some(before), Some(after)) = (left(0)?, left(9)?) else { continue };
         let text = format!("noise of {} before the blur, {} after", steps(before), steps(after));
         found.push(bound.found(&wall.name, after, text));
     }
@@ -60,7 +60,7 @@ fn pattern_vanishes(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         note: "On a wall that faces the eye there is none before it either: offsets are corners of a cube, of which one of \
                two opposite ones is in front of a plane however the cube is turned. The floor is seen at a slant."
             .into(),
-        ..Claim::default()
+        unmeasured: Some("there are not 10 windows of 32x32 pixels: give a larger --size".into()),
     })
 }
 
@@ -71,7 +71,7 @@ fn to_world(camera: &Camera, p: DVec3) -> DVec3 {
 
 fn hidden_points_are_open(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
     const PIXELS: usize = 4000;
-    let bound = at_least(0.05, 0.01);
+    let bound = at_least(0.01, 0.001);
     let pit = scenes::pit()?;
     let mut found = Vec::new();
     for subject in lab.data_sets().into_iter().chain([&pit]) {
@@ -101,7 +101,8 @@ fn hidden_points_are_open(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         says: "Crysis' method counts points above the height field as visible from P, which is not always true.",
         source: "6.2, Screen-space ambient occlusion; Figure 6.2.4",
         found,
-        rule: bound.rule("the share of open samples that a ray from P does not reach", percent),
+        rule: bound
+            .rule("the share of open samples that a ray from P does not reach", |share| format!("{} %", share * 100.0)),
         note: format!("The method's own sample points at {PIXELS} random pixels, by rays on the triangles."),
         ..Claim::default()
     })
@@ -119,6 +120,9 @@ fn beyond_the_border(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         // In whole tiles, so that both pictures are jittered alike.
         let margin = ((height as f64 * SHARE) as usize / 4 * 4).max(4);
         let wide = (lab.size.0 + 2 * margin as u32, lab.size.1 + 2 * margin as u32);
+        if wide.0.max(wide.1) > size_limit(lab.gl) {
+            continue;
+        }
         let settings = subject.exact(Method::Hbao);
         let mut camera = subject.camera(lab.size)?;
         if let Projection::Perspective { tan_half_fov_x, tan_half_fov_y } = &mut camera.projection {
@@ -182,8 +186,9 @@ fn beyond_the_border(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
             &format!("the share of texels beyond the border whose depth is within {} of the border's", percent(ALIKE)),
             percent,
         ),
-        note: "Against a picture rendered wider on all sides; the effect on A is that of hbao with its defaults."
+        note: "Against a picture rendered wider on all sides; the effect on A is that of hbao with its defaults. Scenes of \
+               which only background reaches the border are left out."
             .into(),
-        ..Claim::default()
+        unmeasured: Some("no scene reaches the border, or the driver has no wider image".into()),
     })
 }

@@ -6,7 +6,7 @@ use crate::cli::paper::tables::Tables;
 use hbao::image::Image;
 use hbao::measure::median;
 use hbao::settings::{AoFormat, BlurKernel, Edges, Method, NormalFormat};
-use hbao::{Error, PassTime, Request, Settings};
+use hbao::{Error, PassTime, Request, Settings, size_limit};
 
 pub(super) const ALL: &[Test] = &[
     normals_of_8_bits,
@@ -16,6 +16,9 @@ pub(super) const ALL: &[Test] = &[
     half_resolution,
     supersampled_edges,
 ];
+
+/// What moves A by more is taken to be seen.
+const VISIBLE: f64 = 4.0 / 255.0;
 
 /// What one setting changes in every scene, as a bound on the root of the mean squared difference.
 fn changes(
@@ -44,7 +47,7 @@ fn changes(
 }
 
 fn normals_of_8_bits(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
-    let bound = at_most(1.0 / 255.0, 4.0 / 255.0);
+    let bound = at_most(1.0 / 255.0, VISIBLE);
     Ok(Claim {
         id: "normals-8-bit",
         says: "8 bits per component are enough for the normals.",
@@ -59,7 +62,7 @@ fn normals_of_8_bits(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
 }
 
 fn ambient_occlusion_of_8_bits(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
-    let bound = at_most(1.0 / 255.0, 4.0 / 255.0);
+    let bound = at_most(1.0 / 255.0, VISIBLE);
     Ok(Claim {
         id: "ao-8-bit",
         says: "A buffer of 8 bits and one channel is enough for ambient occlusion.",
@@ -71,7 +74,7 @@ fn ambient_occlusion_of_8_bits(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
 }
 
 fn separated_blur(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
-    let bound = at_most(1.0 / 255.0, 4.0 / 255.0);
+    let bound = at_most(1.0 / 255.0, VISIBLE);
     let mut found = Vec::new();
     for subject in lab.data_sets() {
         for blur in [9, 21] {
@@ -96,7 +99,11 @@ fn separated_blur(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                 steps(errors.max),
                 slow / fast
             );
-            found.push(bound.found(format!("{}, {blur}x{blur}", subject.name), errors.rmse, text));
+            let mut one = bound.found(format!("{}, {blur}x{blur}", subject.name), errors.rmse, text);
+            if one.verdict == Verdict::Holds && slow < 2.0 * fast {
+                one.verdict = Verdict::InPart;
+            }
+            found.push(one);
         }
     }
     Ok(Claim {
@@ -104,7 +111,8 @@ fn separated_blur(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         says: "Separated in X and Y, the bilateral blur is fast and has very few visible artefacts.",
         source: "6.2, Cross-bilateral filter",
         found,
-        rule: bound.rule("the root mean square difference from the full blur", steps),
+        rule: bound.rule("the root mean square difference from the full blur", steps)
+            + "; in part also where the full blur takes less than twice as long",
         ..Claim::default()
     })
 }
@@ -116,8 +124,8 @@ fn blur_ms(times: &[PassTime]) -> f64 {
 
 /// What is left of the jitter: how much the 16 residues of the tile differ in windows of 8x8 tiles, each tile on one smooth
 /// surface, as the root of the mean variance. What the scene itself changes within a tile averages out over a window, but
-/// for a slope, which is taken off.
-pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> f64 {
+/// for a slope, which is taken off. None without 10 such windows.
+pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> Option<f64> {
     const TILES: usize = 8;
     let smooth = |x: usize, y: usize| {
         let depths = (0..16).map(|i| f64::from(depth.at(x + i % 4, y + i / 4)));
@@ -147,21 +155,23 @@ pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> f64 {
             count += 1;
         }
     }
-    (sum / count.max(1) as f64).sqrt()
+    (count >= 10).then(|| (sum / count as f64).sqrt())
 }
 
 fn the_blur_shrinks(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
     const QUIET: f64 = 1.0 / 255.0;
     const WIDTHS: [u32; 10] = [0, 3, 5, 7, 9, 13, 17, 21, 31, 41];
+    /// More than the widest.
+    const BEYOND: u32 = 43;
     let mut found = Vec::new();
     for subject in lab.data_sets() {
         let (mut needed, mut list) = (Vec::new(), Vec::new());
-        for count in [4, 8, 16] {
+        'counts: for count in [4, 8, 16] {
             let settings = |blur| Settings { directions: count, steps: count, blur, ..subject.exact(Method::Hbao) };
             let depth = lab.see(subject, lab.size, &settings(0))?.depth;
             let mut enough = None;
             for blur in WIDTHS {
-                let left = noise(&lab.ao(subject, &settings(blur))?, &depth);
+                let Some(left) = noise(&lab.ao(subject, &settings(blur))?, &depth) else { break 'counts };
                 if blur == 0 {
                     list.push(format!("{count}/{count} has {} of noise", steps(left)));
                 }
@@ -170,9 +180,12 @@ fn the_blur_shrinks(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                     break;
                 }
             }
-            needed.push(enough.unwrap_or(u32::MAX));
+            needed.push(enough.unwrap_or(BEYOND));
             let width = enough.map_or("more than 41".into(), |blur| blur.to_string());
             list.push(format!("needs a blur of {width}"));
+        }
+        if needed.len() < 3 {
+            continue;
         }
         let verdict = match needed[..] {
             [a, b, c] if a > b && b > c => Verdict::Holds,
@@ -196,7 +209,7 @@ fn the_blur_shrinks(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
                the mean variance. A blur wider than 5 takes none of it: what few directions do beyond that is no noise, but \
                wide bars and fans."
             .into(),
-        ..Claim::default()
+        unmeasured: Some("in no view 10 windows of 32x32 pixels lie on smooth surfaces: give a larger --size".into()),
     })
 }
 
@@ -216,14 +229,19 @@ fn half_resolution(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
             f.rmse,
             steps(between.rmse)
         );
-        found.push(bound.found(&subject.name, h.rmse / f.rmse, text));
+        let mut one = bound.found(&subject.name, h.rmse / f.rmse, text);
+        if one.verdict == Verdict::Holds && between.rmse > VISIBLE {
+            one.verdict = Verdict::InPart;
+        }
+        found.push(one);
     }
     Ok(Claim {
         id: "half-resolution",
         says: "Ambient occlusion at half resolution, upsampled by the blur, has little impact on the image.",
         source: "6.2, Working at lower resolution",
         found,
-        rule: bound.rule("RMSE against the truth over that at full resolution", times),
+        rule: bound.rule("RMSE against the truth over that at full resolution", times)
+            + &format!("; in part also where A moves by more than {} RMS", steps(VISIBLE)),
         ..Claim::default()
     })
 }
@@ -249,25 +267,68 @@ fn supersampled_edges(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
         id: "edge-supersampling",
         says: "The plain blur bleeds at silhouettes; supersampled around each depth sample of edge pixels it does so less.",
         source: "6.2, Multisample antialiasing; Figure 6.2.15",
-        unmeasured: Some("no view has pixels of several surfaces, or the driver has one sample a pixel".into()),
+        unmeasured: Some(
+            "no view has 100 pixels of several surfaces, or the driver has one sample a pixel or no images of twice the size"
+                .into(),
+        ),
         found,
         rule: bound.rule("mean error on edge pixels over that of the plain blur", percent),
         note: "Against the same at twice the size with a blur of as many eye-space units, averaged over 2x2.".into(),
     })
 }
 
-/// Mean error on edge pixels without and with the supersampling blur, and how many they are.
+/// Mean error on edge pixels without and with the supersampling blur, and how many they are. Pixels about which the blur
+/// meets a surface whose steps are below a texel are left out: there the chapter exits early, at the smaller size only.
 fn bleeding(lab: &Lab, subject: &Subject) -> Result<Option<(f64, f64, usize)>, Error> {
     let settings = Settings { msaa: 4, ..subject.exact(Method::Hbao) };
+    let twice = (2 * lab.size.0, 2 * lab.size.1);
+    if twice.0.max(twice.1) > size_limit(lab.gl) {
+        return Ok(None);
+    }
     let request = Request { edges: true, ..Request::default() };
     let (with, _) = lab.render(subject, lab.size, &settings, request)?;
     let (without, _) = lab.render(subject, lab.size, &Settings { edges: Edges::Off, ..settings.clone() }, request)?;
-    let Some(edges) = with.edges().filter(|edges| edges.texels.contains(&true)) else { return Ok(None) };
-    let twice = (2 * lab.size.0, 2 * lab.size.1);
+    let Some(edges) = with.edges() else { return Ok(None) };
+    let seen = lab.see(subject, lab.size, &settings)?;
+    let farthest = seen.texels_at_depth_1() * subject.radius / f64::from(settings.steps + 1);
+    let reach = settings.blur as usize / 2;
+    let near = |v: usize, size: usize| v.saturating_sub(reach)..(v + reach + 1).min(size);
+    let edges = Image::from_fn(edges.width, edges.height, |x, y| {
+        let exits = |x: usize, y: usize| {
+            let z = f64::from(seen.depth.at(x, y));
+            z.is_finite() && z > farthest
+        };
+        edges.at(x, y) && !near(y, edges.height).any(|y| near(x, edges.width).any(|x| exits(x, y)))
+    });
+    let count = edges.texels.iter().filter(|&&edge| edge).count();
+    if count < 100 {
+        return Ok(None);
+    }
     let wide = Settings { msaa: 1, blur: 2 * settings.blur - 1, ..settings.clone() };
     let (fine, _) = lab.render(subject, twice, &wide, Request::default())?;
     let fine = halved(&fine.ao()?);
-    let mean = |image: Image<f32>| compare(&image, &fine, edges).map(|errors| errors.mae);
-    let count = edges.texels.iter().filter(|&&edge| edge).count();
+    let mean = |image: Image<f32>| compare(&image, &fine, &edges).map(|errors| errors.mae);
     Ok(Some((mean(without.ao()?)?, mean(with.ao()?)?, count)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_what_repeats_with_the_tile_and_not_what_the_scene_changes() {
+        let flat = Image::filled(128, 128, 2.0f32);
+        let of = |a: &dyn Fn(usize, usize) -> f32| noise(&Image::from_fn(128, 128, a), &flat);
+        let slope = |x: usize, y: usize| 0.4 + 0.001 * x as f32 + 0.002 * y as f32;
+        assert!(of(&slope).unwrap() < 1e-6);
+        // One residue of 16 stands out by 0.16: a mean 0.01 above the others, a deviation of 0.16 sqrt(15)/16, of which
+        // the slopes through it take 0.16^2 (2 1.5^2/20)/16.
+        let planted = of(&|x, y| slope(x, y) + if (x % 4, y % 4) == (3, 0) { 0.16 } else { 0.0 }).unwrap();
+        let expected = 0.16 * (15.0 / 256.0 - 2.0 * 2.25 / 20.0 / 16.0f64).sqrt();
+        assert!((planted - expected).abs() < 1e-4, "{planted}, not {expected}");
+        // Where nothing is smooth nothing is said.
+        let steep = Image::from_fn(128, 128, |x, _| 1.0 + x as f32);
+        assert_eq!(noise(&flat, &steep), None);
+        assert_eq!(noise(&Image::filled(31, 31, 1.0), &Image::filled(31, 31, 1.0)), None);
+    }
 }

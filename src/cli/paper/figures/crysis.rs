@@ -15,7 +15,7 @@ pub(super) fn game_scene(lab: &Lab) -> Result<Figure, Error> {
     let settings = subject.settings(Method::Ssao);
     let caption = format!("{}, visibility by ssao, 16 samples and its 4x4 blur", subject.name);
     Ok(Figure {
-        id: "6.1.1",
+        id: "6.1.1".into(),
         title: "Crysis' ambient occlusion of a game scene".into(),
         text: "The paper shows a scene of the game, which nobody else has; this is another.".into(),
         pictures: vec![picture(lab, subject, lab.size, &settings, Show::Ao, ("6.1.1", &caption))?],
@@ -25,7 +25,7 @@ pub(super) fn game_scene(lab: &Lab) -> Result<Figure, Error> {
 
 /// The share of open space of `ssao` in the middle of a fold, before the curve and the blur.
 pub(in crate::cli::paper) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64, Error> {
-    let settings = Settings { ssao_curve: Toggle::Off, ..subject.exact(Method::Ssao) };
+    let settings = Settings { ssao_curve: Toggle::Off, blur: 0, ..subject.exact(Method::Ssao) };
     let image = lab.ao(subject, &settings)?;
     // Four by four pixels, each residue of the tile once, about the middle.
     let (x, y) = (image.width / 2, image.height / 2);
@@ -52,7 +52,7 @@ pub(super) fn scenarios(lab: &Lab) -> Result<Figure, Error> {
         rows.push(vec![subject.name.clone(), format!("{solid:.2}"), format!("{:.3}", 1.0 - open_share(lab, subject)?)]);
     }
     Ok(Figure {
-        id: "6.1.4",
+        id: "6.1.4".into(),
         title: "Wall, corner and edge".into(),
         text: "The solid share of the space about a point on a wall, in a corner of two walls, and on an edge of two \
                faces, each at right angles."
@@ -73,7 +73,7 @@ pub(super) fn edges(lab: &Lab) -> Result<Figure, Error> {
     let brighter = subject.settings(Method::Ssao);
     let by_normals = Settings { ssao_normals: Toggle::On, ..brighter.clone() };
     Ok(Figure {
-        id: "6.1.5",
+        id: "6.1.5".into(),
         title: "Edges brighter than the faces they join".into(),
         text:
             "The paper leaves them so, since they help to recognize shapes. With normals, which it proposes as future \
@@ -91,7 +91,7 @@ pub(super) fn without_rotation(lab: &Lab) -> Result<Figure, Error> {
     let subject = lab.first_of(&["sponza", "sibenik"]);
     let settings = Settings { jitter: Jitter::None, blur: 0, ..subject.settings(Method::Ssao) };
     Ok(Figure {
-        id: "6.1.6",
+        id: "6.1.6".into(),
         title: "Without random rotation of the kernel".into(),
         text: "Sixteen samples at the same offsets for all pixels: shapes are seen again as ghosts beside themselves."
             .into(),
@@ -112,7 +112,7 @@ pub(super) fn blur(lab: &Lab) -> Result<Figure, Error> {
     let on = subject.settings(Method::Ssao);
     let off = Settings { blur: 0, ..on.clone() };
     Ok(Figure {
-        id: "6.1.7",
+        id: "6.1.7".into(),
         title: "The 4x4 blur off and on".into(),
         text: "Rotations repeat every 4x4 pixels, so that a mean over 4x4 pixels of like depth meets each once.".into(),
         pictures: vec![

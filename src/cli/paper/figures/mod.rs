@@ -117,7 +117,7 @@ fn first_picture(lab: &Lab) -> Result<Figure, Error> {
     let settings = Settings { directions: 16, steps: 16, ..subject.settings(Method::Hbao) };
     let name = &subject.name;
     Ok(Figure {
-        id: "6.2.1",
+        id: "6.2.1".into(),
         title: "Horizon-based ambient occlusion".into(),
         text: "The chapter's method: 16 directions of 16 steps, blur 9x9.".into(),
         pictures: vec![
@@ -134,7 +134,7 @@ fn attenuation(lab: &Lab) -> Result<Figure, Error> {
     let with = subject.settings(Method::Hbao);
     let without = Settings { attenuation: Attenuation::None, ..with.clone() };
     Ok(Figure {
-        id: "6.2.3",
+        id: "6.2.3".into(),
         title: "With and without attenuation".into(),
         text: "Without W occlusion ends abruptly where occluders come to lie further than R.".into(),
         pictures: vec![
@@ -160,7 +160,7 @@ fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
         .into_iter()
         .collect::<Result<_, _>>()?;
     Ok(Figure {
-        id: "6.2.4",
+        id: "6.2.4".into(),
         title: "Above the height field, and hidden all the same".into(),
         text: "A floor seen from above, with a square rim upright on it. What lies over the floor outside the rim is in \
                front of the depth image's surface, but the rim hides it from the floor inside. Crysis' method (here with \
@@ -197,7 +197,7 @@ fn snapped_directions(lab: &Lab) -> Result<Figure, Error> {
         });
     }
     Ok(Figure {
-        id: "6.2.10",
+        id: "6.2.10".into(),
         title: "Snapped directions".into(),
         text: "The texels that one pixel of a wall reads, 6 directions of 5 steps; lines are the directions meant."
             .into(),
@@ -217,7 +217,7 @@ fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
         |bias: f64| Settings { bias: bias.to_radians(), directions: 16, steps: 16, ..vault.settings(Method::Hbao) };
     let biased = format!("bias {BIAS_DEGREES} degrees");
     Ok(Figure {
-        id: "6.2.13",
+        id: "6.2.13".into(),
         title: "Creases of low tessellation".into(),
         text: format!("The inside of a round vault of {FACETS} flat strips, which meet at {} degrees.", 180 / FACETS),
         pictures: vec![
@@ -256,7 +256,7 @@ fn angle_bias(lab: &Lab) -> Result<Figure, Error> {
         logarithmic: false,
     };
     Ok(Figure {
-        id: "6.2.14",
+        id: "6.2.14".into(),
         title: "What an angle bias ignores".into(),
         text: "Two faces that meet in a crease: occlusion one pixel beside it, by the angle between them. Directions whose \
                horizon rises over the tangent by less than the bias add nothing, and the others less."
@@ -305,7 +305,7 @@ fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
     let marked = edges.map(|edge| if edge { 255u8 } else { 0 });
     pictures.push(detail(&marked, at, window, 4, ("6.2.15-edges", "which pixels are edges"))?);
     Ok(Figure {
-        id: "6.2.15",
+        id: "6.2.15".into(),
         title: "Bleeding at edges, and the supersampling blur".into(),
         text: format!(
             "{}, with {} depth samples a pixel: {side}x{side} pixels where the two blurs differ most, enlarged.",
@@ -344,7 +344,7 @@ fn sample_counts(lab: &Lab) -> Result<Figure, Error> {
         }
     }
     Ok(Figure {
-        id: "6.2.16",
+        id: "6.2.16".into(),
         title: "4/4, 8/8 and 16/16 directions and steps".into(),
         text: "The blur shrinks as the samples grow. Where a step is below a texel, far away and with many steps, the \
                chapter's early exit leaves surfaces open."
@@ -358,7 +358,7 @@ fn dragon(lab: &Lab) -> Result<Figure, Error> {
     let subject = lab.first_of(&["dragon", CORNELL_BOX]);
     let settings = subject.settings(Method::Hbao);
     Ok(Figure {
-        id: "6.2.17",
+        id: "6.2.17".into(),
         title: "Diffuse shading, ambient occlusion, and both".into(),
         text: format!("{}.", subject.name),
         pictures: vec![
@@ -376,7 +376,7 @@ fn talk(lab: &Lab) -> Result<Figure, Error> {
     // As the talk has it: the same linear attenuation in both.
     let rays = Settings { attenuation: Attenuation::Linear, ..subject.settings(Method::RayMarch) };
     Ok(Figure {
-        id: "talk-1",
+        id: "talk-1".into(),
         title: "The talk's Figure 1: horizons and ray marching".into(),
         text: "8 directions of 8 steps; ray marching with 4 rays a direction. Their speeds stand under the tables."
             .into(),
@@ -398,7 +398,7 @@ fn methods(lab: &Lab) -> Result<Figure, Error> {
         pictures.push(picture(lab, subject, lab.small(), &settings, Show::Ao, (&format!("method-{name}"), name))?);
     }
     Ok(Figure {
-        id: "methods",
+        id: "methods".into(),
         title: "Every method side by side".into(),
         text: format!("{}, each with its own defaults.", subject.name),
         pictures,
