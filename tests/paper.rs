@@ -133,6 +133,9 @@ fn what_cannot_be_written_or_read_is_refused_in_one_line_and_leaves_nothing() {
         ("paper -o report --models none", "--models none: no such folder"),
         ("paper -o report --models broken", "sibenik.obj"),
         ("paper -o report --size 8x8", "at least 64x48"),
+        ("paper -o report --size 99999x99999", "this driver takes"),
+        ("trade nave --size 99999x99999", "this driver takes"),
+        ("truth nave -o t.exr --size 99999x99999", "pixels can be traced"),
         ("paper -o report --truth-rays 3", "--truth-rays"),
         ("paper -o report --runs 0", "--runs"),
     ] {
