@@ -166,8 +166,8 @@ pub(super) struct Lab<'a> {
     /// A line for each model that is not there.
     pub(super) missing: Vec<String>,
     truths: RefCell<HashMap<String, Rc<Traced>>>,
-    /// The least error against a truth so far, RMS.
-    least: Cell<f64>,
+    /// The noise of a truth and an error against it, RMS, of which the noise is the largest share so far.
+    noisiest: Cell<[f64; 2]>,
 }
 
 impl<'a> Lab<'a> {
@@ -207,7 +207,7 @@ impl<'a> Lab<'a> {
             };
             subjects.push(model.subject(mesh));
         }
-        Ok(Lab { gl, size, rays, subjects, missing, truths: RefCell::default(), least: Cell::new(f64::INFINITY) })
+        Ok(Lab { gl, size, rays, subjects, missing, truths: RefCell::default(), noisiest: Cell::new([0.0, 1.0]) })
     }
 
     /// The scene of this key, where it is at hand.
@@ -303,13 +303,12 @@ impl<'a> Lab<'a> {
 
     /// What there is to say where the truth's noise is more than a fifth of an error quoted.
     pub(super) fn noise_is_much(&self, tables: &Tables) -> Option<String> {
-        let swept = tables.trades.iter().flat_map(|swept| swept.rows.iter().map(|row| (swept.noise, row.errors.rmse)));
-        let all = swept.chain([(self.noise(), self.least.get())]);
-        let worst = all.map(|(noise, error)| (noise / error, noise, error)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (worst.0 > 0.2).then(|| {
+        let swept = tables.trades.iter().flat_map(|swept| swept.rows.iter().map(|row| [swept.noise, row.errors.rmse]));
+        let all = swept.chain([self.noisiest.get()]);
+        let [noise, error] = all.max_by(|a, b| (a[0] / a[1]).total_cmp(&(b[0] / b[1])))?;
+        (noise > error / 5.0).then(|| {
             format!(
-                "The truth's noise of {:.4} is more than a fifth of the least error, {:.4}: give more --truth-rays",
-                worst.1, worst.2
+                "The truth's noise of {noise:.4} is more than a fifth of an error against it, {error:.4}: give more --truth-rays"
             )
         })
     }
@@ -323,7 +322,10 @@ impl<'a> Lab<'a> {
     ) -> Result<Errors, Error> {
         let truth = self.truth(subject, settings)?;
         let errors = compare(image, &truth.visibility, &truth.mask)?;
-        self.least.set(self.least.get().min(errors.rmse));
+        let [noise, error] = self.noisiest.get();
+        if truth.noise * error > noise * errors.rmse {
+            self.noisiest.set([truth.noise, errors.rmse]);
+        }
         Ok(errors)
     }
 

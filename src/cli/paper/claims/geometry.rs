@@ -156,7 +156,7 @@ fn grounding(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
 }
 
 fn vertex_normals(lab: &Lab, _: &Tables) -> Result<Claim, Error> {
-    let bound = at_least(4.0 / 255.0, LEAST);
+    let bound = at_least(LEAST, LEAST);
     let mut found = Vec::new();
     let mut last = f64::INFINITY;
     for facets in [8, 16, 32] {
