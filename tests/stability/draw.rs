@@ -44,8 +44,8 @@ pub(crate) struct Drawn {
 }
 
 impl Drawn {
-    /// In the units of the settings' radius.
-    pub(crate) fn view(&self, orthographic: bool, radius: f64) -> (Mesh, View) {
+    /// In the units of the settings' radius. None where a coordinate would be larger than any that a mesh may have.
+    pub(crate) fn view(&self, orthographic: bool, radius: f64) -> Option<(Mesh, View)> {
         let scale = radius / self.ratio;
         let place = |p: DVec3| (p + 0.0) * scale + self.offset;
         let positions: Vec<DVec3> = self.scene.iter().flatten().map(|&p| place(p)).collect();
@@ -60,7 +60,7 @@ impl Drawn {
             near: self.near.map(|near| (near * far).max(1e-15)),
             far: self.near.map(|_| far),
         };
-        (Mesh::new(positions, triangles).unwrap(), view)
+        Mesh::new(positions, triangles).ok().map(|mesh| (mesh, view))
     }
 }
 
@@ -155,7 +155,7 @@ fn scene() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
 
 fn drawn() -> impl Strategy<Value = Drawn> {
     let ratio = prop_oneof![
-        3 => 0.02..2.0f64, 1 => 1e-4..1e-2f64, 1 => Just(1e-5), 1 => 2.0..100.0f64, 1 => Just(1e6), 1 => Just(0.25)
+        6 => 0.05..2.0f64, 1 => 1e-4..0.05f64, 1 => Just(1e-5), 1 => 2.0..100.0f64, 1 => Just(1e6), 1 => Just(0.25)
     ];
     let offset = prop_oneof![3 => Just(DVec3::ZERO), 1 => direction().prop_map(|d| 1e6 * d)];
     let eye = prop_oneof![
@@ -164,22 +164,18 @@ fn drawn() -> impl Strategy<Value = Drawn> {
         1 => (direction(), 2.0..9.0f64).prop_map(|(d, far)| far * d),
         1 => Just(dvec3(0.0, 0.0, 2.0)),
     ];
-    let target = prop_oneof![2 => point().prop_map(|p| 0.4 * p), 1 => Just(dvec3(0.0, 0.0, -0.5))];
+    // The middle of one of the triangles, or somewhere.
+    let target =
+        prop_oneof![4 => any::<u8>().prop_map(Err), 1 => point().prop_map(Ok), 1 => Just(Ok(dvec3(0.0, 0.0, -0.5)))];
     let up = prop_oneof![2 => Just(DVec3::Y), 1 => direction()];
-    let fov = prop_oneof![1 => Just(1.0), 1 => Just(175.0), 1 => Just(90.0), 4 => 20.0..120.0f64, 1 => 120.0..175.0f64];
+    let fov = prop_oneof![1 => Just(1.0), 1 => Just(175.0), 1 => Just(90.0), 5 => 20.0..120.0f64, 1 => 120.0..175.0f64];
     let height = prop_oneof![3 => 0.5..4.0f64, 1 => 1e-3..0.5f64, 1 => 4.0..100.0f64, 1 => Just(2.0)];
     let near = prop_oneof![3 => Just(None), 1 => Just(Some(1e-6)), 1 => (1e-6..0.3f64).prop_map(Some)];
     (scene(), ratio, offset, eye, target, up, (fov, height, near)).prop_map(
-        |(scene, ratio, offset, eye, target, up, (fov, height, near))| Drawn {
-            scene,
-            ratio,
-            offset,
-            eye,
-            target,
-            up,
-            fov,
-            height,
-            near,
+        |(scene, ratio, offset, eye, target, up, (fov, height, near))| {
+            let middle = |i: u8| scene[usize::from(i) % scene.len()].iter().sum::<DVec3>() / 3.0;
+            let target = target.unwrap_or_else(middle);
+            Drawn { scene, ratio, offset, eye, target, up, fov, height, near }
         },
     )
 }
@@ -190,8 +186,8 @@ fn size() -> impl Strategy<Value = (u32, u32)> {
         1 => (1..65u32).prop_map(|n| (1, n)),
         1 => (1..65u32).prop_map(|n| (n, 1)),
         2 => select(vec![(31, 17), (13, 47), (2, 2), (3, 2), (37, 37), (64, 5)]),
-        4 => (8..40u32, 8..40u32),
-        1 => (40..65u32, 40..65u32),
+        5 => (12..40u32, 12..40u32),
+        3 => (40..65u32, 40..65u32),
     ]
 }
 
@@ -201,7 +197,7 @@ fn radius() -> impl Strategy<Value = f64> {
 
 /// Settings of these methods, every switch among them.
 fn settings(methods: &'static [Method]) -> impl Strategy<Value = Settings> {
-    let counts = (select(&[1u32, 2, 3, 4, 5, 8, 8, 8, 16, 64][..]), select(&[1u32, 2, 3, 4, 8, 8, 16, 33, 64][..]));
+    let counts = (select(&[1u32, 2, 3, 4, 5, 8, 8, 8, 16, 64][..]), select(&[1u32, 2, 3, 4, 4, 8, 8, 8, 16, 33, 64][..]));
     let bias = prop_oneof![2 => Just(0.0), 1 => Just(89.0), 1 => 0.0..89.0f64, 1 => Just(30.0)];
     let sampling = (
         select(methods),
@@ -209,7 +205,7 @@ fn settings(methods: &'static [Method]) -> impl Strategy<Value = Settings> {
         counts,
         select(&[1u32, 1, 2, 4, 7][..]),
         bias,
-        select(&[0.5, 1.0, 1.0, 3.0, 1e-3, 100.0][..]),
+        select(&[0.5, 1.0, 1.0, 3.0, 1e-3][..]),
     );
     let switches = (
         select(&[Attenuation::Quadratic, Attenuation::Linear, Attenuation::None][..]),
@@ -282,7 +278,7 @@ pub(crate) fn batch(methods: &'static [Method]) -> impl Strategy<Value = Batch> 
             // Small where there are many samples.
             let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
             let samples = settings.directions * settings.steps * rays;
-            let side = |n: u32| if samples > 600 { n.min(11) } else if samples > 150 { n.min(19) } else { n };
+            let side = |n: u32| if samples > 600 { n.min(17) } else if samples > 150 { n.min(31) } else { n };
             let size = (side(size.0), side(size.1));
             Batch { backend, settings, size, orthographic, shots }
         },
