@@ -142,8 +142,8 @@ impl Pass<'_> {
             sum += in_image * in_depth * A;
             weights += in_image * in_depth;
             // Of several that are as near but for the shift, the one of least or of most A.
-            let as_near = dz.abs() < nearest_distance * (1.0 + shift.abs())
-                && nearest_distance < dz.abs() * (1.0 + shift.abs());
+            let as_near =
+                dz.abs() < nearest_distance * (1.0 + shift.abs()) && nearest_distance < dz.abs() * (1.0 + shift.abs());
             let other = if as_near { (A - nearest) * shift > 0.0 } else { dz.abs() < nearest_distance };
             if other {
                 (nearest, nearest_distance) = (A, dz.abs());

@@ -197,7 +197,8 @@ fn radius() -> impl Strategy<Value = f64> {
 
 /// Settings of these methods, every switch among them.
 fn settings(methods: &'static [Method]) -> impl Strategy<Value = Settings> {
-    let counts = (select(&[1u32, 2, 3, 4, 5, 8, 8, 8, 16, 64][..]), select(&[1u32, 2, 3, 4, 4, 8, 8, 8, 16, 33, 64][..]));
+    let counts =
+        (select(&[1u32, 2, 3, 4, 5, 8, 8, 8, 16, 64][..]), select(&[1u32, 2, 3, 4, 4, 8, 8, 8, 16, 33, 64][..]));
     let bias = prop_oneof![2 => Just(0.0), 1 => Just(89.0), 1 => 0.0..89.0f64, 1 => Just(30.0)];
     let sampling = (
         select(methods),
@@ -278,7 +279,15 @@ pub(crate) fn batch(methods: &'static [Method]) -> impl Strategy<Value = Batch> 
             // Small where there are many samples.
             let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
             let samples = settings.directions * settings.steps * rays;
-            let side = |n: u32| if samples > 600 { n.min(17) } else if samples > 150 { n.min(31) } else { n };
+            let side = |n: u32| {
+                if samples > 600 {
+                    n.min(17)
+                } else if samples > 150 {
+                    n.min(31)
+                } else {
+                    n
+                }
+            };
             let size = (side(size.0), side(size.1));
             Batch { backend, settings, size, orthographic, shots }
         },
