@@ -168,7 +168,8 @@ fn drawn() -> impl Strategy<Value = Drawn> {
     let target =
         prop_oneof![4 => any::<u8>().prop_map(Err), 1 => point().prop_map(Ok), 1 => Just(Ok(dvec3(0.0, 0.0, -0.5)))];
     let up = prop_oneof![2 => Just(DVec3::Y), 1 => direction()];
-    let fov = prop_oneof![1 => Just(1.0), 1 => Just(175.0), 1 => Just(90.0), 5 => 20.0..120.0f64, 1 => 120.0..175.0f64];
+    // Not 90 degrees, which makes a tie of each of 6.1's offsets along a wall of 45.
+    let fov = prop_oneof![1 => Just(1.0), 1 => Just(175.0), 6 => 20.0..120.0f64, 1 => 120.0..175.0f64];
     let height = prop_oneof![3 => 0.5..4.0f64, 1 => 1e-3..0.5f64, 1 => 4.0..100.0f64, 1 => Just(2.0)];
     let near = prop_oneof![3 => Just(None), 1 => Just(Some(1e-6)), 1 => (1e-6..0.3f64).prop_map(Some)];
     (scene(), ratio, offset, eye, target, up, (fov, height, near)).prop_map(
