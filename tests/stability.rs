@@ -40,6 +40,8 @@ struct Counts {
     /// Pixels left out of the comparison, before the blur and after it.
     ambiguous: usize,
     blur_ambiguous: usize,
+    /// Pixels of micro-spheres that are not compared with the twin, by [`amplifies`].
+    amplified: usize,
     /// Frames with more of them than 0.5 % of the covered pixels and than two, and the largest share of one.
     over: usize,
     worst: f64,
@@ -103,6 +105,19 @@ fn held<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     compare(got, expected, mask, limits).or_else(|mismatch| fail(format!("{what}: {mismatch}")))
 }
 
+/// Whether R is so many texels that float32 cannot tell the sum of micro-spheres. Samples stand for the pi R_px^2 texels
+/// of R's disc, wherever the border clamps them to: at a texel's distance that is pi/4 of solid angle each, and the 1e-7
+/// that is rounded off n.D/|D| becomes 1e-3 of A at R_px = 113. A limit of that sum, which nothing bounds: such pixels
+/// are scanned and counted, not compared.
+fn amplifies(settings: &Settings, projection: Projection, height: usize, z: f64) -> bool {
+    let across = match projection {
+        Projection::Perspective { tan_half_fov_y, .. } => 2.0 * z * tan_half_fov_y,
+        Projection::Orthographic { half_height, .. } => 2.0 * half_height,
+    };
+    let texels = height as f64 / f64::from(settings.ao_scale());
+    settings.method == Method::Microsphere && settings.radius_units().unwrap() / across * texels > 100.0
+}
+
 /// One frame, pass by pass.
 fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mut Counts) -> Held {
     let settings = &batch.settings;
@@ -147,7 +162,13 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
         counts.over += 1;
         counts.worst = counts.worst.max(count as f64 / pixels as f64);
     }
-    let clear = Image::from_fn(raw.width, raw.height, |x, y| covered.at(x, y) && !ambiguous.at(x, y));
+    let amplified = Image::from_fn(raw.width, raw.height, |x, y| {
+        let z = depth.at(scale * x, scale * y).into();
+        covered.at(x, y) && amplifies(settings, camera.projection, depth.height, z)
+    });
+    counts.amplified += amplified.texels.iter().filter(|&&a| a).count();
+    let clear =
+        Image::from_fn(raw.width, raw.height, |x, y| covered.at(x, y) && !ambiguous.at(x, y) && !amplified.at(x, y));
     held("raw ambient occlusion where it is not ambiguous", &raw, &expected, &clear, everywhere(1e-3))?;
     let background = covered.map(|c| !c);
     held("background", &raw, &raw.map(|_| 1.0), &background, everywhere(0.0))?;

@@ -30,8 +30,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
                 let m = TAU * (pixel.jitter[2] + f64::from(i)) * pixel.step_px.x * pixel.step_px.y / directions;
                 m * omega
             };
-            // max(0, n.D/|D|) compares with the horizon, which a shift raises or lowers.
-            solid_angles * (n.dot(sample.D / distance) - shift.comparison).max(0.0)
+            solid_angles * n.dot(sample.D / distance).max(0.0)
         })
         .sum()
 }
