@@ -16,22 +16,33 @@ out vec4 out_0; // colour; alpha is the share of it that is ambient
 out float out_1; // linear depth
 out vec4 out_2; // normal
 
+// v with a largest component of 1 in magnitude; zero where it is zero, infinite or no number.
+vec3 scaled(vec3 v)
+{
+    float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    return largest > 0.0 && largest <= 3.4e38 ? v / largest : vec3(0.0);
+}
+
+// The unit vector along v, where it has a direction.
+vec3 unit(vec3 v, vec3 otherwise)
+{
+    v = scaled(v);
+    return v != vec3(0.0) ? normalize(v) : otherwise;
+}
+
 void main()
 {
     // The triangle's plane, by derivatives within it, turned towards the eye.
 #ifdef ORTHOGRAPHIC
     vec3 r = vec3(0.0, 0.0, 1.0);
-    float footprint = pixel.y;
     vec2 off_ray = position.xy - slope(gl_FragCoord.xy);
 #else
     vec3 r = vec3(slope(gl_FragCoord.xy), 1.0);
-    float footprint = position.z * pixel.y;
     vec2 off_ray = position.xy - position.z * r.xy;
 #endif
-    // In units of a pixel's width there, so that no scale over- or underflows.
-    vec3 plane = cross(dFdx(position) / footprint, dFdy(position) / footprint);
-    float squared = dot(plane, plane);
-    plane = squared > 0.0 ? plane * inversesqrt(squared) : -normalize(r);
+    // The cross product of what is scaled first over- and underflows at no size, nor beside a horizon, where a
+    // neighbour in this plane may lie millions of times as far away.
+    vec3 plane = unit(cross(scaled(dFdx(position)), scaled(dFdy(position))), -normalize(r));
     float facing = dot(plane, r);
     if (facing > 0.0) {
         plane = -plane;
@@ -40,11 +51,11 @@ void main()
 
     // z = (n.Q) / (n.r), as the interpolated z and what moves it from Q onto the ray.
     float z = facing < 0.0 ? position.z + dot(plane.xy, off_ray) / facing : position.z;
-    z = clamp(z, near_far.x, near_far.y);
+    // What is no number, far beyond the triangle on a plane that meets the ray nowhere, is near too.
+    z = z > near_far.x ? min(z, near_far.y) : near_far.x;
 
 #ifdef NORMALS_VERTEX
-    float length_squared = dot(smooth_normal, smooth_normal);
-    vec3 n = length_squared > 0.0 ? smooth_normal * inversesqrt(length_squared) : plane;
+    vec3 n = unit(smooth_normal, plane);
     // To the side of the triangle that is seen; near a silhouette it may still lean away from the eye.
     n = dot(n, plane) < 0.0 ? -n : n;
 #else

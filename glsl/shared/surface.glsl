@@ -36,6 +36,9 @@ Surface surface_at(vec2 p)
 #ifdef NORMALS_BIASED
     s.n = 2.0 * s.n - 1.0;
 #endif
+    // Of any length, and products of its components must neither over- nor underflow.
+    float largest = max(max(abs(s.n.x), abs(s.n.y)), abs(s.n.z));
+    s.n /= largest > 0.0 ? largest : 1.0;
     s.facing = -dot(s.n, vec3(s.r, 1.0));
     if (s.facing < 0.0) {
         s.facing = -s.facing;

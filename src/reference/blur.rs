@@ -2,7 +2,8 @@
 //! resolution and on edges; and the 4x4 blur of 6.1.
 #![allow(non_snake_case)]
 
-use super::edges::edges;
+use super::edges;
+use super::sampling::{EXACT, Shift};
 use crate::Error;
 use crate::image::Image;
 use crate::settings::{BlurKernel, DepthSigma, Edges, Method, Settings};
@@ -20,6 +21,36 @@ pub fn blur(
     samples: &[Image<f32>],
     settings: &Settings,
 ) -> Result<Image<f64>, Error> {
+    shifted(ao, depth, samples, settings, EXACT)
+}
+
+/// The pixels at which the blur can move by more than 1e-3 when what it compares is shifted by 1e-5 relative: where two
+/// taps are as near in depth as float32 can tell, where the sum of weights is about 1e-6, or a depth about sigma away.
+///
+/// # Errors
+/// As [`blur`].
+pub fn ambiguous(
+    ao: &Image<f64>,
+    depth: &Image<f32>,
+    samples: &[Image<f32>],
+    settings: &Settings,
+) -> Result<Image<bool>, Error> {
+    let of = |comparison| shifted(ao, depth, samples, settings, Shift { rounding: 0.0, comparison });
+    let [exact, low, high] = [of(0.0)?, of(-1e-5)?, of(1e-5)?];
+    let moves = |x: usize, y: usize| {
+        let exact = exact.at(x, y);
+        [low.at(x, y), high.at(x, y)].iter().any(|moved| (moved - exact).abs() > 1e-3)
+    };
+    Ok(Image::from_fn(exact.width, exact.height, moves))
+}
+
+fn shifted(
+    ao: &Image<f64>,
+    depth: &Image<f32>,
+    samples: &[Image<f32>],
+    settings: &Settings,
+    shift: Shift,
+) -> Result<Image<f64>, Error> {
     let sigma = settings.depth_sigma()?;
     let radius = i64::from(settings.blur / 2);
     let scale = i64::from(settings.ao_scale());
@@ -31,19 +62,19 @@ pub fn blur(
     let (half, full) = ([scale; 2], [1; 2]);
     let mut blurred = match (settings.method, settings.blur_kernel) {
         (Method::Ssao, _) | (_, BlurKernel::Full) => {
-            Pass { ao, depth, sigma, taps: square, from: half, to: full }.everywhere()
+            Pass { ao, depth, sigma, shift, taps: square, from: half, to: full }.everywhere()
         }
         (_, BlurKernel::Separable) => {
             let x = Taps::Gaussian { radius, reach: [radius, 0] };
             let y = Taps::Gaussian { radius, reach: [0, radius] };
             // From half resolution X leaves half the rows, and Y fills in the others.
-            let rows = Pass { ao, depth, sigma, taps: x, from: half, to: [1, scale] }.everywhere();
-            Pass { ao: &rows, depth, sigma, taps: y, from: [1, scale], to: full }.everywhere()
+            let rows = Pass { ao, depth, sigma, shift, taps: x, from: half, to: [1, scale] }.everywhere();
+            Pass { ao: &rows, depth, sigma, shift, taps: y, from: [1, scale], to: full }.everywhere()
         }
     };
     if !samples.is_empty() && settings.edges == Edges::Supersample {
-        let edges = edges(samples, settings)?;
-        let whole = Pass { ao, depth, sigma, taps: square, from: half, to: full };
+        let edges = edges::shifted(samples, settings, shift)?;
+        let whole = Pass { ao, depth, sigma, shift, taps: square, from: half, to: full };
         for (i, blurred) in blurred.texels.iter_mut().enumerate().filter(|&(i, _)| edges.texels[i]) {
             let (x, y) = ((i % depth.width) as i64, (i / depth.width) as i64);
             let around = samples.iter().map(|image| whole.around(x, y, f64::from(image.texels[i])));
@@ -68,6 +99,7 @@ struct Pass<'a> {
     ao: &'a Image<f64>,
     depth: &'a Image<f32>,
     sigma: DepthSigma,
+    shift: Shift,
     taps: Taps,
     from: [i64; 2],
     to: [i64; 2],
@@ -89,6 +121,7 @@ impl Pass<'_> {
         if z.is_infinite() {
             return 1.0;
         }
+        let shift = self.shift.comparison;
         let (mut sum, mut weights) = (0.0, 0.0);
         let (mut nearest, mut nearest_distance) = (1.0, f64::INFINITY);
         for (i, j, in_image) in self.taps_about(x, y) {
@@ -103,16 +136,20 @@ impl Pass<'_> {
             let dz = f64::from(self.depth.at(tap_x as usize, tap_y as usize)) - z;
             let in_depth = match self.taps {
                 Taps::Gaussian { .. } => (-(dz / self.sigma.at(z)).powi(2) / 2.0).exp(),
-                Taps::Crysis => f64::from(u8::from(dz.abs() <= self.sigma.at(z))),
+                Taps::Crysis => f64::from(u8::from(dz.abs() <= self.sigma.at(z) * (1.0 + shift))),
             };
             let A = self.ao.at(i as usize, j as usize);
             sum += in_image * in_depth * A;
             weights += in_image * in_depth;
-            if dz.abs() < nearest_distance {
+            // Of several that are as near but for the shift, the one of least or of most A.
+            let as_near =
+                dz.abs() < nearest_distance * (1.0 + shift.abs()) && nearest_distance < dz.abs() * (1.0 + shift.abs());
+            let other = if as_near { (A - nearest) * shift > 0.0 } else { dz.abs() < nearest_distance };
+            if other {
                 (nearest, nearest_distance) = (A, dz.abs());
             }
         }
-        if weights < 1e-6 { nearest } else { sum / weights }
+        if weights < 1e-6 * (1.0 + shift) { nearest } else { sum / weights }
     }
 
     /// The texels of `ao` about a pixel, row by row, and their weights.

@@ -24,7 +24,9 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
                 let depth =
                     if matches!(scene.inputs.projection, Projection::Perspective { .. }) { sample.z } else { 1.0 };
                 let rho = depth * scene.pixel_extent().y / 2.0;
-                let omega = TAU * (1.0 - (1.0 - (rho / distance).min(1.0).powi(2)).sqrt());
+                // 1 - sqrt(1 - x), without its cancellation where x is small: float64 has none of it left below 1e-16.
+                let x = (rho / distance).min(1.0).powi(2);
+                let omega = TAU * x / (1.0 + (1.0 - x).sqrt());
                 let m = TAU * (pixel.jitter[2] + f64::from(i)) * pixel.step_px.x * pixel.step_px.y / directions;
                 m * omega
             };

@@ -74,12 +74,16 @@ pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Er
         if exits.iter().all(|&exits| exits) {
             return false;
         }
-        let term = |k, shift| (method.occlusion)(&scene, &pixel, k, shift);
+        let turned = shifts.map(|shift| scene.pixel_shifted(x, y, shift));
         let moves: f64 = (0..method.count)
             .map(|k| {
                 // Where the exit itself is in doubt, the whole occlusion is.
-                let exact = if exits.contains(&true) { 0.0 } else { term(k, EXACT) };
-                shifts.iter().map(|&shift| (term(k, shift) - exact).abs()).fold(0.0, f64::max)
+                let exact = if exits.contains(&true) { 0.0 } else { (method.occlusion)(&scene, &pixel, k, EXACT) };
+                let shifted = shifts
+                    .iter()
+                    .zip(&turned)
+                    .map(|(&shift, turned)| (method.occlusion)(&scene, turned.as_ref().unwrap_or(&pixel), k, shift));
+                shifted.map(|term| (term - exact).abs()).fold(0.0, f64::max)
             })
             .sum();
         method.steepest() * moves > 1e-3

@@ -90,6 +90,11 @@ impl<'a> Scene<'a> {
 
     /// None on background.
     pub(super) fn pixel(&self, x: usize, y: usize) -> Option<Pixel> {
+        self.pixel_shifted(x, y, EXACT)
+    }
+
+    /// The same; a surface that is seen edge-on but for the shift is turned the other way.
+    pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = self.depth(x, y);
         if z.is_infinite() {
@@ -102,7 +107,7 @@ impl<'a> Scene<'a> {
             P: self.position(p, z),
             r,
             // The tangent plane is the same for n and -n.
-            n: if n.dot(r) > 0.0 { -n } else { n },
+            n: if n.dot(r) > shift.comparison * n.length() * r.length() { -n } else { n },
             steps: self.settings.steps,
             // R in texels, divided into steps.
             step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
