@@ -404,7 +404,8 @@ fn a_smaller_field_of_view_crops_the_image() {
 }
 
 /// Eyes in a flat room see walls whose planes pass through the ray of a pixel's centre far away, or nowhere: what
-/// extrapolates to there is infinite or no number. Found at random: normals of no length.
+/// extrapolates to there is infinite or no number. The draw found normals of no length so; these eyes look at such walls,
+/// and are not known to meet that case itself.
 #[test]
 fn normals_stand_where_a_pixels_centre_meets_its_triangles_plane_at_infinity() {
     let context = Context::open(Backend::Egl).unwrap();
