@@ -6,6 +6,7 @@ pub mod by_hand;
 pub mod compare;
 pub mod process;
 pub mod scenes;
+pub mod surfaces;
 pub mod twin;
 
 pub use compare::{Limits, compare, everywhere, hold};
