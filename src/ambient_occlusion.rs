@@ -212,9 +212,13 @@ impl Programs {
 
 /// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
 ///
-/// All OpenGL state that it touches is put back: what is tested, masked and blended, the stencil, the viewport, the
-/// program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are unpacked.
-/// It needs OpenGL 3.3 core and no extension.
+/// All OpenGL state that it touches is put back, after an error too: what is tested, masked and blended, the stencil, the
+/// viewport, the program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are
+/// unpacked. It needs OpenGL 3.3 core and no extension; state that later versions add is not looked at.
+///
+/// Some of what may be under way OpenGL 3.3 can neither pause nor report. Transform feedback is refused. Conditional
+/// rendering would discard passes: end it first. Queries of samples, primitives and time count the passes too. And a
+/// program that was deleted while in use is gone, as with any change of program.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,
@@ -267,7 +271,7 @@ impl AmbientOcclusion {
         if matches!(purpose, Purpose::Floor | Purpose::Edges) {
             settings.blur = 0;
         }
-        let _state = SavedState::save(&gl);
+        let _state = SavedState::save(&gl, None)?;
         let mut ao = AmbientOcclusion {
             radius: settings.radius_read()?,
             // A = 1 without a blur needs none, nor a radius that it would follow from.
@@ -334,7 +338,7 @@ impl AmbientOcclusion {
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
-        let _state = SavedState::save(&gl);
+        let _state = SavedState::save(&gl, self.surfaces.first().map(|surface| &surface.target))?;
         inputs.check(&gl, self.size)?;
         if self.settings.method == Method::RayMarch && (inputs.near.is_nan() || inputs.near <= 0.0) {
             return Err(Error::Usage(format!(
