@@ -64,7 +64,10 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
     }
     views.retain(|view| view.covered().texels.iter().filter(|&&c| c).count() > 50);
     assert!(views.iter().filter(|view| view.normals.at(0, 0)[2] == 0.0).count() >= 10);
-    let narrow = |view: &ByHand| matches!(view.projection, Projection::Perspective { tan_half_fov_y, .. } if tan_half_fov_y < 0.1);
+    let narrow = |view: &ByHand| match view.projection {
+        Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y < 0.1,
+        Projection::Orthographic { .. } => false,
+    };
     let wide: Vec<ByHand> = views.iter().filter(|view| !narrow(view)).cloned().collect();
     for method in METHODS {
         // Beyond 64 texels float32 cannot tell the sum of micro-spheres: tests/stability.rs.
@@ -192,8 +195,6 @@ fn a_radius_across_the_whole_picture_and_far_beyond_matches_the_twin() {
         [(3, perspective(60.0, SIZE)), (4, perspective(175.0, SIZE)), (5, orthographic(0.5, SIZE))]
             .map(|(seed, projection)| by_hand::rubble(SIZE, projection, seed, 8.0..12.0))
             .into();
-    let narrow = |view: &ByHand| matches!(view.projection, Projection::Perspective { tan_half_fov_y, .. } if tan_half_fov_y < 0.1);
-    let wide: Vec<ByHand> = views.iter().filter(|view| !narrow(view)).cloned().collect();
     for method in METHODS {
         // Beyond 64 texels float32 cannot tell the sum of micro-spheres: tests/stability.rs.
         let radii: &[f64] = if method == Method::Microsphere { &[10.0] } else { &[10.0, 1e3, 1e9, 1e16] };
