@@ -299,7 +299,8 @@ pub(crate) fn check_depth_range(settings: &Settings, camera: &Camera) -> Result<
         return Ok(());
     }
     let (near, reach) = (camera.near, camera.far + settings.radius_read()?);
-    let refuse = |what: String, how: &str| Err(Error::Usage(format!("depth-format r16f holds depths {what}: use r32f, {how}")));
+    let refuse =
+        |what: String, how: &str| Err(Error::Usage(format!("depth-format r16f holds depths {what}: use r32f, {how}")));
     if reach > f64::from(BACKGROUND_R16F) {
         let what = format!("to {BACKGROUND_R16F}, and the far plane plus the radius is {reach:.0}");
         return refuse(what, "or scale the scene down");

@@ -97,16 +97,18 @@ fn as_drawn(
     let size = (depth.width, depth.height);
     let at = |x: f64, y: f64| reference::gbuffer::gbuffer(mesh, camera, size, from, [x * SNAPPED, y * SNAPPED]);
     let mut seen = at(0.0, 0.0);
-    // Where two surfaces meet they differ in their normals alone, and parallel ones in their depths.
+    // Where two surfaces meet they differ in their normals alone, and parallel ones in their depths. The sliver that may be
+    // drawn of a side turned away is nearest to what meets it at the silhouette.
     let off = |a: &Surface, z: f64, n: DVec3| match (a.depth.is_finite(), z.is_finite()) {
-        (true, true) => (z / a.depth - 1.0).abs() + (a.normal - n).length(),
+        (true, true) => 1e3 * (z / a.depth - 1.0).abs() + (a.normal - n).length(),
         (false, false) => 0.0,
         _ => f64::INFINITY,
     };
     let mut beside = vec![false; seen.texels.len()];
     for [x, y] in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]] {
         for (i, other) in at(x, y).texels.into_iter().enumerate() {
-            let (z, n, known) = (f64::from(depth.texels[i]), Vec3::from(normals.texels[i]).as_dvec3(), &mut seen.texels[i]);
+            let (z, n, known) =
+                (f64::from(depth.texels[i]), Vec3::from(normals.texels[i]).as_dvec3(), &mut seen.texels[i]);
             // All of one plane are the same but for rounding.
             if off(&other, z, n) < off(known, z, n) && off(&other, known.depth, known.normal) > 1e-9 {
                 beside[i] = true;
@@ -184,6 +186,19 @@ impl Bench {
         };
         Ok((precision, Images { depth, normals, raw, shown, seen, exact: on_exact.0 }))
     }
+}
+
+/// Ambient occlusion before the blur, by the twin, of the depth drawn with the normals as biased RGBA8 would hold them:
+/// the format of last resort, which no setting asks for.
+///
+/// # Errors
+/// A radius in percent.
+pub fn biased(images: &Images, camera: &Camera, settings: &Settings) -> Result<Image<f32>, Error> {
+    let stored = |c: f32| 2.0 * ((0.5 * c + 0.5) * 255.0).round() / 255.0 - 1.0;
+    let normals = images.normals.map(|n| n.map(stored));
+    let (tile, projection, near) = (rotation_tile(settings), camera.projection, camera.near);
+    let inputs = reference::Inputs { depth: &images.depth, normals: &normals, tile: &tile, projection, near };
+    Ok(reference::visibility(&inputs, settings)?.map(|a| a as f32))
 }
 
 /// The gaps that [`untold`] looks at, relative to the depth: four to each power of ten.
