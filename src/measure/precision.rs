@@ -14,6 +14,10 @@ use glam::{DVec3, Vec3};
 /// and twice that is left for what clipping and interpolation add.
 const SNAPPED: f64 = 2.0 / 256.0;
 
+/// How much, in radians, the normal drawn must differ from all that rays meet about a pixel to be of a side turned away:
+/// more than any format rounds.
+const SLIVER: f64 = 0.03;
+
 /// How large the differences of some pixels are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
@@ -50,7 +54,8 @@ pub struct Precision {
     /// Pixels that hold a surface.
     pub covered: usize,
     /// Of those, where the rasteriser, within its grid of 1/256 pixel, took another surface than the ray through the
-    /// pixel's centre meets. They are compared with that other surface.
+    /// pixel's centre meets. They are compared with that other surface; where it is a sliver of a side turned away, which
+    /// no ray meets, with what was drawn.
     pub beside: usize,
     /// Depth, relative to the ray's.
     pub depth: Spread,
@@ -88,7 +93,7 @@ pub struct Images {
 }
 
 /// The scene as the rasteriser may have taken it: at each pixel that of the surfaces within its grid about the centre
-/// which is nearest to the depth and normal drawn. Second, at how many pixels that is another than at the centre.
+/// which is nearest to the depth and normal drawn, or what was drawn where it is none of several. Second, at how many pixels that is another than at the centre.
 fn as_drawn(
     (mesh, camera, from): (&Mesh, &Camera, Normals),
     depth: &Image<f32>,
@@ -97,23 +102,32 @@ fn as_drawn(
     let size = (depth.width, depth.height);
     let at = |x: f64, y: f64| reference::gbuffer::gbuffer(mesh, camera, size, from, [x * SNAPPED, y * SNAPPED]);
     let mut seen = at(0.0, 0.0);
-    // Where two surfaces meet they differ in their normals alone, and parallel ones in their depths. The sliver that may be
-    // drawn of a side turned away is nearest to what meets it at the silhouette.
+    // Where two surfaces meet they differ in their normals alone, and parallel ones in their depths.
     let off = |a: &Surface, z: f64, n: DVec3| match (a.depth.is_finite(), z.is_finite()) {
         (true, true) => 1e3 * (z / a.depth - 1.0).abs() + (a.normal - n).length(),
         (false, false) => 0.0,
         _ => f64::INFINITY,
     };
-    let mut beside = vec![false; seen.texels.len()];
+    let same = |a: &Surface, b: &Surface| off(a, b.depth, b.normal) < 1e-9;
+    let (mut beside, mut several) = (vec![false; seen.texels.len()], vec![false; seen.texels.len()]);
     for [x, y] in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]] {
         for (i, other) in at(x, y).texels.into_iter().enumerate() {
-            let (z, n, known) =
-                (f64::from(depth.texels[i]), Vec3::from(normals.texels[i]).as_dvec3(), &mut seen.texels[i]);
+            let (z, n) = (f64::from(depth.texels[i]), Vec3::from(normals.texels[i]).as_dvec3());
+            let known = &mut seen.texels[i];
+            let another = !same(&other, known);
+            several[i] |= another;
             // All of one plane are the same but for rounding.
-            if off(&other, z, n) < off(known, z, n) && off(&other, known.depth, known.normal) > 1e-9 {
+            if another && off(&other, z, n) < off(known, z, n) {
                 beside[i] = true;
                 *known = other;
             }
+        }
+    }
+    for (i, known) in seen.texels.iter_mut().enumerate().filter(|&(i, _)| several[i]) {
+        let (z, n) = (depth.texels[i], Vec3::from(normals.texels[i]).as_dvec3());
+        if z.is_finite() && known.depth.is_finite() && (known.normal - n).length() > SLIVER {
+            beside[i] = true;
+            *known = Surface { depth: z.into(), normal: n, ..*known };
         }
     }
     (seen, beside.into_iter().filter(|&b| b).count())

@@ -58,7 +58,7 @@ pub(super) struct Extremes {
 }
 
 /// An axis: its name, how its table is titled, and what is to be said.
-const AXES: [[&str; 3]; 9] = [
+const AXES: [[&str; 3]; 10] = [
     [
         "near-far",
         "Near and far planes",
@@ -98,8 +98,15 @@ const AXES: [[&str; 3]; 9] = [
     [
         "grazing",
         "A floor with a wall on it, by the angle at which it is seen, degrees",
-        "z = (n.Q)/(n.r) divides by the sine of this angle. A pixel's own neighbours on the floor lie farther away than R long before \
-         it matters.",
+        "z = (n.Q)/(n.r) divides by the sine of this angle, and what moves z onto the ray is no longer than a pixel. From some angle \
+         on a pixel's neighbours on the floor lie farther away than R.",
+    ],
+    [
+        "extent",
+        "Half the side of a floor of two triangles, in heights of the eye",
+        "A corner at a distance L is placed to 6e-8 L, wherever in the triangle one looks. A triangle of 1e4 times what is looked \
+         at is seen at a depth that is off by as much, of 1e7 times in part or not at all: a stated limit; cut it into smaller \
+         ones. It stays a plane, so that it does not occlude itself.",
     ],
     ["samples", "Directions x steps", "Rounding adds up like the root of the samples, far below a step of 8 bits."],
     [
@@ -136,16 +143,25 @@ fn moved(mesh: &Mesh, scale: f64, offset: DVec3) -> (Result<Mesh, Error>, View) 
     (Mesh::new(positions, mesh.triangles.clone()), looking(place(EYE), place(TARGET), lens(FOV_Y)))
 }
 
-/// A long floor and a wall on it, seen in parallel rays at an angle above the floor.
+/// A floor of this half size.
+fn floor(half: f64) -> Vec<DVec3> {
+    [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, z)| dvec3(x, 0.0, z)).into()
+}
+
+/// A floor as long as the picture shows of it and a wall on it, seen in parallel rays at an angle above the floor.
 fn grazing(degrees: f64) -> (Result<Mesh, Error>, View) {
-    let (far, angle) = (1e7, degrees.to_radians());
-    let floor = [(-far, -far), (far, -far), (far, far), (-far, far)].map(|(x, z)| dvec3(x, 0.0, z));
+    let angle = degrees.to_radians();
     let wall = [(-20.0, 0.0), (15.0, 0.0), (15.0, 30.0), (-20.0, 30.0)].map(|(x, y)| dvec3(x, y, -0.3 * x));
-    let mesh = Mesh::new(floor.into_iter().chain(wall).collect(), vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]);
-    let from = dvec3(0.2, angle.tan(), 1.0);
-    let view = looking(300.0 * from, DVec3::ZERO, Some(Lens::Height(80.0)));
-    // What the lower border of the picture sees lies nearer to the eye than the floor's end.
-    (mesh, View { near: Some(1.0), far: Some(1e6), ..view })
+    let corners = floor(100.0 / angle.sin()).into_iter().chain(wall).collect();
+    let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]);
+    let eye = (200.0 + 60.0 / angle.tan()) * dvec3(0.2, 1.02 * angle.tan(), 1.0);
+    (mesh, looking(eye, DVec3::ZERO, Some(Lens::Height(80.0))))
+}
+
+/// A large floor, of which a little is seen from a height of 1.
+fn large(half: f64) -> (Result<Mesh, Error>, View) {
+    let view = looking(dvec3(0.3, 1.0, 1.0), DVec3::ZERO, lens(40.0));
+    (Mesh::new(floor(half), vec![[0, 1, 2], [0, 2, 3]]), View { near: Some(0.1), far: Some(100.0), ..view })
 }
 
 fn cases() -> Result<Vec<Case>, Error> {
@@ -195,6 +211,10 @@ fn cases() -> Result<Vec<Case>, Error> {
     }
     for angle in [30.0, 3.0, 0.3, 0.03] {
         add("grazing", format!("{angle}"), angle, grazing(angle), float(15.0));
+    }
+    for k in 1..=7 {
+        let half = 10f64.powi(k);
+        add("extent", format!("1e{k}"), half, large(half), float(0.3));
     }
     for (directions, steps) in [(1, 1), (4, 4), (8, 8), (16, 16), (64, 64), (8, 256)] {
         // As many texels as there are steps.
