@@ -18,7 +18,7 @@ const SIZE: (u32, u32) = (128, 96);
 /// Where there are thousands of samples a pixel.
 const SMALL: (u32, u32) = (48, 36);
 /// As many rows as the papers' pictures have, of which a texel is as narrow.
-const TALL: (u32, u32) = (32, 1200);
+const TALL: (u32, u32) = (16, 1200);
 
 /// Into the Cornell box from above its front, along none of its axes.
 const EYE: DVec3 = dvec3(100.0, 400.0, 20.0);
@@ -47,13 +47,15 @@ struct Row {
     found: Result<Precision, String>,
 }
 
+/// Formats, the angle bias in degrees, and the false occlusion of a floor: its mean and its largest.
+type Floor = (&'static str, f64, [f64; 2]);
+
 /// All that was measured.
 pub(super) struct Extremes {
     rows: Vec<Row>,
     /// Orthographic, near over far, and the largest gap not told apart at the near end, in the middle and at the far end.
     gaps: Vec<(bool, f64, [f64; 3])>,
-    /// Formats, the angle bias in degrees, and the false occlusion of a floor: its mean and its largest.
-    floors: Vec<(&'static str, f64, [f64; 2])>,
+    floors: Vec<Floor>,
     pictures: Vec<Picture>,
 }
 
@@ -62,8 +64,7 @@ const AXES: [[&str; 3]; 10] = [
     [
         "near-far",
         "Near and far planes",
-        "Nothing depends on the planes but the depth test, whose resolution stands in the table after this one, and that \
-         positions lose nothing to a near plane that is close to the surfaces.",
+        "Nothing depends on the planes but the depth test, whose resolution stands in the next table.",
     ],
     [
         "distance",
@@ -76,8 +77,8 @@ const AXES: [[&str; 3]; 10] = [
     [
         "offset",
         "Distance of the scene from the origin",
-        "Positions are made relative to the camera in float64. Beyond 1e11 the file's own coordinates lose their places, in the \
-         twin as in the program; past 1e15 they are refused.",
+        "Positions are made relative to the camera in float64. What float64 itself cannot tell apart there is lost to \
+         the twin too; past 1e15 positions are refused.",
     ],
     [
         "scale",
@@ -113,7 +114,7 @@ const AXES: [[&str; 3]; 10] = [
         "formats",
         "Formats",
         "Half floats have 11 bits: neighbours on a tilted plane rise and fall by a step of depth that is a share of R, so that planes \
-         occlude themselves; an angle bias hides it, a large R is less affected. Eight bits of a normal are up to 0.4 degrees. \
+         occlude themselves, which an angle bias hides; the smaller R, the more. Eight bits of a normal are up to 0.3 degrees. \
          Below a near plane of 6.1e-5 half floats lose their bits, and past 60000 their range: both are refused.",
     ],
 ];
@@ -176,43 +177,43 @@ fn cases() -> Result<Vec<Case>, Error> {
     let along = dvec3(0.3, -0.25, 1.0).normalize();
     let beside = |distance: f64, lens| looking(middle - distance * along, middle, lens);
 
-    for k in [2, 4, 6, 8] {
+    for k in [2, 6, 8] {
         let ratio = 10f64.powi(-k);
         let planes = |view: View, far: f64| View { near: Some(ratio * far), far: Some(far), ..view };
         add("near-far", format!("1e-{k}, perspective"), ratio, cornell_box(planes(base(), 1e3)), float(RADIUS));
         let parallel = beside(1.2e3, Some(Lens::Height(600.0)));
         add("near-far", format!("1e-{k}, orthographic"), ratio, cornell_box(planes(parallel, 1e4)), float(RADIUS));
     }
-    for z in [5.0, 20.0, 60.0, 200.0] {
-        let fov = 2.0 * (2.0 / z as f64).atan().to_degrees();
+    for z in [5.0, 60.0, 200.0] {
+        let fov = 2.0 * (2.0_f64 / z).atan().to_degrees();
         let view = beside(z * RADIUS, lens(fov));
         add("distance", format!("{z}, field of view {fov:.1}"), z, cornell_box(view), float(RADIUS));
     }
     let view = beside(300.0 / 0.5f64.to_radians().tan(), lens(1.0));
     add("distance", "229, field of view 1, 1200 rows".into(), 229.0, cornell_box(view), float(RADIUS));
-    for k in 1..=7 {
+    for k in 1..=6 {
         let view = beside(RADIUS * 10f64.powi(k), Some(Lens::Height(600.0)));
         add("distance", format!("1e{k}, orthographic"), 10f64.powi(k), cornell_box(view), float(RADIUS));
     }
-    for k in [3, 6, 9, 11, 12, 13, 14, 15] {
+    for k in [6, 9, 12, 14, 15] {
         let offset = 10f64.powi(k);
         add("offset", format!("1e{k}"), offset, moved(&cornell, 1.0, offset * dvec3(1.0, -0.7, 0.3)), float(RADIUS));
     }
-    for k in [-15, -12, -9, -6, 6, 9, 12, 13] {
+    for k in [-15, -9, -6, 6, 12, 13] {
         let scale = 10f64.powi(k);
         add("scale", format!("1e{k}"), scale, moved(&cornell, scale, DVec3::ZERO), float(RADIUS * scale));
     }
-    for k in [-3, -2, -1, 0, 1, 2, 6, 12] {
+    for k in [-3, 0, 1, 2, 12] {
         let factor = 10f64.powi(k);
         add("radius", format!("1e{k}"), factor, cornell_box(base()), float(RADIUS * factor));
     }
-    for fov in [1.0, 20.0, 60.0, 120.0, 160.0, 175.0] {
+    for fov in [1.0, 20.0, 120.0, 160.0, 175.0] {
         add("fov", format!("{fov}"), fov, cornell_box(looking(EYE, TARGET, lens(fov))), float(RADIUS));
     }
     for angle in [30.0, 3.0, 0.3, 0.03] {
         add("grazing", format!("{angle}"), angle, grazing(angle), float(15.0));
     }
-    for k in 1..=7 {
+    for k in [1, 3, 4, 5, 6, 7] {
         let half = 10f64.powi(k);
         add("extent", format!("1e{k}"), half, large(half), float(0.3));
     }
@@ -286,11 +287,11 @@ pub(super) fn measure(gl: &Arc<glow::Context>) -> Result<Extremes, Error> {
 }
 
 /// False occlusion of a floor in each format, by angle bias, and pictures of it.
-fn floors(gl: &Arc<glow::Context>) -> Result<(Vec<(&'static str, f64, [f64; 2])>, Vec<Picture>), Error> {
+fn floors(gl: &Arc<glow::Context>) -> Result<(Vec<Floor>, Vec<Picture>), Error> {
     let subject = scenes::floor()?;
     let camera = subject.camera(SIZE)?;
     let (mut floors, mut pictures) = (Vec::new(), Vec::new());
-    for bias in [0.0, 1.0, 5.0, 15.0, 30.0] {
+    for bias in [0.0, 1.0, 5.0, 30.0] {
         let base = Settings { bias: f64::to_radians(bias), ..float(subject.radius) };
         let mut put = |name, file, raw: &Image<f32>, depth: &Image<f32>| -> Result<(), Error> {
             let covered = (0..raw.texels.len()).filter(|&i| depth.texels[i].is_finite());
