@@ -2,7 +2,7 @@
 // is src/reference/gbuffer.rs.
 //
 // Compiled in: ORTHOGRAPHIC, NORMALS_BIASED, and one of NORMALS_DERIVATIVE, NORMALS_VERTEX.
-in vec3 position;
+in vec3 position; // in eye space, from the middle of the near plane: x, y, z - near
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;
 #endif
@@ -38,7 +38,7 @@ void main()
     vec2 off_ray = position.xy - slope(gl_FragCoord.xy);
 #else
     vec3 r = vec3(slope(gl_FragCoord.xy), 1.0);
-    vec2 off_ray = position.xy - position.z * r.xy;
+    vec2 off_ray = position.xy - (near_far.x + position.z) * r.xy;
 #endif
     // The cross product of what is scaled first over- and underflows at no size, nor beside a horizon, where a
     // neighbour in this plane may lie millions of times as far away.
@@ -50,7 +50,7 @@ void main()
     }
 
     // z = (n.Q) / (n.r), as the interpolated z and what moves it from Q onto the ray.
-    float z = facing < 0.0 ? position.z + dot(plane.xy, off_ray) / facing : position.z;
+    float z = near_far.x + (facing < 0.0 ? position.z + dot(plane.xy, off_ray) / facing : position.z);
     // What is no number, far beyond the triangle on a plane that meets the ray nowhere, is near too.
     z = z > near_far.x ? min(z, near_far.y) : near_far.x;
 

@@ -1,4 +1,4 @@
-in vec3 vertex_position; // in eye space
+in vec3 vertex_position; // in eye space, from the middle of the near plane
 #ifdef NORMALS_VERTEX
 in vec3 vertex_normal;
 out vec3 smooth_normal;

@@ -127,7 +127,7 @@ impl Pipeline {
     /// # Errors
     /// A depth that the format cannot hold, or what the driver refused.
     pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
-        self.check_depth_range(camera)?;
+        check_depth_range(&self.settings, camera)?;
         let (gl, size, background) = (&self.gl, self.size, self.background());
         let targets = &*self.targets;
         let variant = gbuffer::Variant {
@@ -287,18 +287,29 @@ impl Pipeline {
             DepthFormat::R16f => BACKGROUND_R16F,
         }
     }
+}
 
-    /// Background must lie further than R beyond all else, or it would occlude.
-    fn check_depth_range(&self, camera: &Camera) -> Result<(), Error> {
-        let reach = camera.far + self.settings.radius_read()?;
-        if self.settings.depth_format == DepthFormat::R16f && reach > f64::from(BACKGROUND_R16F) {
-            return Err(Error::Usage(format!(
-                "depth-format r16f holds depths to {BACKGROUND_R16F}, and the far plane plus the radius is {reach:.0}: \
-                 use r32f, or scale the scene down"
-            )));
-        }
-        Ok(())
+/// The smallest half float of full precision: below, each halving of a depth costs it a bit.
+const LEAST_R16F: f64 = 1.0 / 16384.0;
+
+/// What half floats hold: nothing nearer than their precision reaches, and background further than R beyond all else,
+/// or it would occlude.
+pub(crate) fn check_depth_range(settings: &Settings, camera: &Camera) -> Result<(), Error> {
+    if settings.depth_format == DepthFormat::R32f {
+        return Ok(());
     }
+    let (near, reach) = (camera.near, camera.far + settings.radius_read()?);
+    let refuse =
+        |what: String, how: &str| Err(Error::Usage(format!("depth-format r16f holds depths {what}: use r32f, {how}")));
+    if reach > f64::from(BACKGROUND_R16F) {
+        let what = format!("to {BACKGROUND_R16F}, and the far plane plus the radius is {reach:.0}");
+        return refuse(what, "or scale the scene down");
+    }
+    if near < LEAST_R16F {
+        let what = format!("from 6.1e-5, and the near plane is {near:.1e}");
+        return refuse(what, "a larger --near, or scale the scene up");
+    }
+    Ok(())
 }
 
 fn rgb8(texels: &[f32]) -> Vec<[u8; 3]> {

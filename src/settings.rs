@@ -231,7 +231,7 @@ choice! {
         /// 32-bit float.
         #[default]
         R32f = "r32f",
-        /// 16-bit float: 11 significant bits, at most 60000.
+        /// 16-bit float: 11 significant bits, from 6.1e-5 to 60000.
         R16f = "r16f",
     }
 }

@@ -161,6 +161,11 @@ fn settings_out_of_range() {
         (USAGE, "--steps 3 --steps 4", "multiple times"),
         (USAGE, "far.obj --depth-format r16f", "r16f holds depths to 60000"),
         (USAGE, "--depth-format r16f --far 70000", "r16f holds depths to 60000"),
+        (
+            USAGE,
+            "--depth-format r16f --near 6e-5",
+            "r16f holds depths from 6.1e-5, and the near plane is 6.0e-5: use r32f",
+        ),
     ]);
 }
 

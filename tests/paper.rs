@@ -3,7 +3,12 @@
 
 mod rig;
 
+use hbao::Settings;
+use hbao::context::{Backend, Context};
 use hbao::image::{Image, png};
+use hbao::measure::precision::Bench;
+use hbao::scene::{Lens, Scene, View};
+use hbao::settings::DepthFormat;
 use rig::process::with_shader_cache;
 use serde_json::Value;
 use std::path::Path;
@@ -87,6 +92,7 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
         assert!(page.contains(&format!("<tr id=\"claim-{id}\"")), "{id}");
         assert!(found.iter().all(|found| found["value"].is_number() || id == "three-rays"), "{id}: {found:?}");
     }
+    numbers_at_their_extremes(&figures["extremes"]);
     // The tables have all their cells.
     let rows = figures["tables"]["rows"].as_array().unwrap();
     for mode in ["half", "msaa1", "msaa4"] {
@@ -98,6 +104,73 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
         assert!(said.contains(model) && page.contains(&format!("for want of {model}")), "{model}: {said}");
     }
     assert!(!page.contains("Dragon, "), "there is no dragon");
+}
+
+/// What is said of float32 and the formats is what the measures find, and within what is promised.
+fn numbers_at_their_extremes(extremes: &Value) {
+    let rows = extremes["rows"].as_array().unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    let find = |axis: &str, case: &str| {
+        let found = rows.iter().find(|row| row["axis"] == axis && row["case"] == case);
+        found.unwrap_or_else(|| panic!("{axis}: no {case}"))
+    };
+    for row in rows.iter().filter(|row| row.get("refused").is_none()) {
+        let case = row["case"].as_str().unwrap();
+        // Half a step of 8 bits, where ambient occlusion has no more.
+        let limit = if case.contains("R8") { 0.51 / 255.0 } else { 1e-3 };
+        assert!(number(&row["arithmetic"]["max"]) <= limit, "{row}");
+        let limit = if case.starts_with("depth R16F") { 1.1e-3 } else { 1e-5 };
+        assert!(number(&row["depth"]["most"]) < limit || row["axis"] == "extent", "{row}");
+        assert!(number(&row["beside"]) < 0.01 * number(&row["covered"]).max(100.0), "{row}");
+        // Neither planes nor offset nor scale matter.
+        if ["near-far", "offset", "scale"].iter().any(|axis| row["axis"] == *axis) {
+            assert!(number(&row["whole"]["most"]) < 1e-3, "{row}");
+        }
+    }
+    for (axis, case, why) in [
+        ("offset", "1e15", "past 1e15"),
+        ("scale", "1e13", "past 1e15"),
+        ("formats", "depth R16F, the scene times 1e-4", "holds depths from 6.1e-5"),
+        ("formats", "depth R16F, the scene times 1e-9", "holds depths from 6.1e-5"),
+        ("formats", "depth R16F, the scene times 1e2", "holds depths to 60000"),
+    ] {
+        assert!(find(axis, case)["refused"].as_str().is_some_and(|text| text.contains(why)), "{axis}: {case}");
+    }
+    for gaps in extremes["told_apart"].as_array().unwrap() {
+        assert!(["near", "middle", "far"].iter().all(|at| number(&gaps[at]) < 1e-5), "{gaps}");
+    }
+    // Fewer bits do occlude a floor, and a bias hides it.
+    let floor = |formats: &str, bias: f64| {
+        let floors = extremes["floor"].as_array().unwrap();
+        let found = floors.iter().find(|row| row["formats"] == formats && row["bias"] == bias);
+        number(&found.unwrap_or_else(|| panic!("{formats} {bias}"))["max"])
+    };
+    assert!(floor("R32F, RGBA16F", 0.0) < 2e-4);
+    for formats in ["R16F, RGBA16F", "R32F, RGBA8_SNORM", "R32F, biased RGBA8"] {
+        assert!(floor(formats, 0.0) > 5e-4 && floor(formats, 30.0) == 0.0, "{formats}");
+    }
+
+    // One row, measured here.
+    let of = |key: &str| {
+        let numbers = extremes["view"][key].as_array().unwrap();
+        glam::DVec3::new(number(&numbers[0]), number(&numbers[1]), number(&numbers[2]))
+    };
+    let lens = Some(Lens::FovY(number(&extremes["view"]["fov_y"]).to_radians()));
+    let view = View { eye: Some(of("eye")), target: Some(of("target")), lens, ..View::default() };
+    let [width, height] = [0, 1].map(|i| extremes["size"][i].as_u64().unwrap() as u32);
+    let mesh = Scene::open("cornell-box").unwrap().mesh;
+    let camera = view.camera(&mesh, width, height).unwrap().0;
+    let radius = number(&extremes["view"]["radius"]);
+    let settings = Settings { depth_format: DepthFormat::R16f, ..rig::float_settings(radius) };
+    let context = Context::open(Backend::Auto).unwrap();
+    let mut bench = Bench::new(context.gl(), (width, height), &settings).unwrap();
+    let (found, _) = bench.measure(&mesh, &camera).unwrap();
+    let row = find("formats", "depth R16F");
+    let printed = ["depth", "normals", "arithmetic", "whole", "shown"].map(|key| number(&row[key]["rmse"]));
+    let measured = [found.depth, found.normals, found.arithmetic, found.whole, found.shown].map(|spread| spread.rmse);
+    // Text is read back to the last digit but one.
+    let same = printed.iter().zip(measured).all(|(printed, measured)| (printed / measured - 1.0).abs() < 1e-12);
+    assert!(same, "{printed:?} {measured:?}");
 }
 
 /// Captions end with a command: some of them, run.

@@ -272,7 +272,7 @@ fn why(verdict: Verdict, goal: Goal) -> &'static str {
         Verdict::Best if for_error => "the cheapest",
         Verdict::Best => "the most accurate",
         Verdict::StepsBelowTexel => "every step is below a texel, where A = 1 as with --method none",
-        Verdict::DepthTooFar => "depth-format r16f does not reach the far plane",
+        Verdict::DepthTooFar => "depth-format r16f does not reach from the near to the far plane",
         Verdict::MoreWork if for_error => "more work than settings that reach the error",
         Verdict::MoreWork => "more work than settings that take over twice the time",
         Verdict::Refused => "the driver refuses them",

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod decomposition;
 pub mod errors;
+pub mod precision;
 pub mod published;
 pub mod ratios;
 pub mod trade;

@@ -12,9 +12,10 @@ use super::errors::{Comparison, Errors};
 use super::median;
 use super::trade::{GBuffers, interleaved, timed};
 use crate::image::Image;
+use crate::pipeline::check_depth_range;
 use crate::scene::{Camera, Mesh, Projection};
-use crate::settings::{DepthFormat, KNOBS, Method, Settings};
-use crate::{AmbientOcclusion, BACKGROUND_R16F, Error, Pipeline, Request, Timers};
+use crate::settings::{KNOBS, Method, Settings};
+use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
 use choice::{Goal, Measured, choose};
 use space::{Space, exits_early, key, no_more_work, work};
 use std::collections::HashSet;
@@ -314,9 +315,7 @@ impl<'a> Tuner<'a> {
 
     /// Why settings need not be rendered, if so.
     fn unrendered(&self, settings: &Settings, goal: Goal) -> Option<Verdict> {
-        let depth_too_far = settings.depth_format == DepthFormat::R16f
-            && self.camera.far + settings.radius_read().unwrap_or(0.0) > f64::from(BACKGROUND_R16F);
-        if depth_too_far {
+        if check_depth_range(settings, self.camera).is_err() {
             return Some(Verdict::DepthTooFar);
         }
         if exits_early(settings.method) && step(self.requirements.radius_px.1, settings) < SURELY_BELOW {

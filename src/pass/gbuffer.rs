@@ -5,6 +5,7 @@ use crate::Error;
 use crate::gl::{Defines, Program, check, source};
 use crate::scene::{Camera, Mesh, Projection};
 use crate::settings::Normals;
+use glam::DVec3;
 use glow::HasContext;
 use std::ops::Range;
 use std::sync::Arc;
@@ -73,7 +74,8 @@ impl GBuffer {
         };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };
-        let positions = bytes(mesh.positions.iter().map(|&p| camera.to_eye(p).as_vec3().to_array()));
+        let origin = origin(camera);
+        let positions = bytes(mesh.positions.iter().map(|&p| (camera.to_eye(p) - origin).as_vec3().to_array()));
         triangles.attribute(self.program.attribute("vertex_position"), &positions)?;
         if self.variant.normals == Normals::Vertex {
             let vertex_normals = mesh.vertex_normals();
@@ -99,7 +101,7 @@ impl GBuffer {
             gl.depth_mask(true);
             gl.bind_vertex_array(Some(triangles.vertices));
             for [near, far] in slices(camera) {
-                program.mat4("projection", &matrix(camera.projection, near, far));
+                program.mat4("projection", &matrix(camera, near, far));
                 gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
                 for (colour, range) in &triangles.groups {
                     program.vec3("diffuse", *colour);
@@ -161,25 +163,30 @@ const SLICE: f64 = 100.0;
 const OVERLAP: f64 = 1.01;
 
 /// The view in slices of depth, the farthest first, each drawn over those behind it with a depth buffer of its own. The
-/// depth test resolves 2^-24 of 1/near - 1/far: over the whole of a near/far ratio of 1e-6 that would leave 6 % of the
-/// far end's distance, over a slice it is 6e-6. A depth written by the fragment shader would resolve as much, but be
+/// depth test resolves 2^-24 of 1/near - 1/far, or of far - near where the view is orthographic: over the whole of a
+/// near/far ratio of 1e-6 that would leave 6 % of the distance at the far end, or at the near one; over a slice it is
+/// 6e-6. A depth written by the fragment shader would resolve as much, but be
 /// one for all samples of a pixel, taken where the triangle may not even be.
 fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     let (near, far) = (camera.near, camera.far);
-    let count = match camera.projection {
-        Projection::Perspective { .. } => (far / near).log(SLICE).ceil().max(1.0),
-        Projection::Orthographic { .. } => 1.0,
-    };
+    let count = (far / near).log(SLICE).ceil().max(1.0);
     let end = |i: f64| if i == count { far } else { near * (far / near).powf(i / count) };
     (0..count as u32).rev().map(|i| [end(i.into()), (OVERLAP * end(f64::from(i) + 1.0)).min(far)]).collect()
 }
 
-/// Left-handed eye space to clip space, column by column: z from near to far becomes -w to w.
-fn matrix(projection: Projection, near: f64, far: f64) -> [f32; 16] {
+/// The middle of the near plane, which the shader's positions are relative to. What moves from pixel to pixel is then not
+/// rounded off beside a distance that all of the scene has in common: normals are its derivatives.
+fn origin(camera: &Camera) -> DVec3 {
+    // As the shader adds it.
+    f64::from(camera.near as f32) * DVec3::Z
+}
+
+/// Left-handed eye space, relative to the origin, to clip space, column by column: z from near to far becomes -w to w.
+fn matrix(camera: &Camera, near: f64, far: f64) -> [f32; 16] {
     // A hair apart from the planes, on which float32 might clip what lies in them; the shader clamps z to the view's.
     let (near, far) = (near * (1.0 - 1e-6), far * (1.0 + 1e-6));
     let mut m = [0.0; 16];
-    match projection {
+    match camera.projection {
         Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
             m[0] = 1.0 / tan_half_fov_x;
             m[5] = 1.0 / tan_half_fov_y;
@@ -195,5 +202,8 @@ fn matrix(projection: Projection, near: f64, far: f64) -> [f32; 16] {
             m[15] = 1.0;
         }
     }
+    let start = origin(camera).z;
+    m[14] += m[10] * start;
+    m[15] += m[11] * start;
     m.map(|x| x as f32)
 }

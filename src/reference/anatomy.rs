@@ -42,7 +42,7 @@ impl<'a> Anatomy<'a> {
     #[allow(non_snake_case)]
     pub fn tangent_by_ray(&self, pixel: (usize, usize), offset: DVec2) -> Option<DVec3> {
         let pixel = self.pixel(pixel)?;
-        let (origin, ray) = match self.scene.inputs.projection {
+        let (origin, ray) = match self.scene.projection {
             Projection::Perspective { .. } => (DVec3::ZERO, self.scene.ray(pixel.p + offset)),
             Projection::Orthographic { .. } => (self.scene.position(pixel.p + offset, 0.0), DVec3::Z),
         };

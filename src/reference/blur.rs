@@ -17,11 +17,11 @@ use rayon::prelude::*;
 /// A depth sigma that follows from a radius in percent.
 pub fn blur(
     ao: &Image<f64>,
-    depth: &Image<f32>,
+    depth: &Image<impl Copy + Into<f64>>,
     samples: &[Image<f32>],
     settings: &Settings,
 ) -> Result<Image<f64>, Error> {
-    shifted(ao, depth, samples, settings, EXACT)
+    shifted(ao, &depth.map(Into::into), samples, settings, EXACT)
 }
 
 /// The pixels at which the blur can move by more than 1e-3 when what it compares is shifted by 1e-5 relative: where two
@@ -31,10 +31,11 @@ pub fn blur(
 /// As [`blur`].
 pub fn ambiguous(
     ao: &Image<f64>,
-    depth: &Image<f32>,
+    depth: &Image<impl Copy + Into<f64>>,
     samples: &[Image<f32>],
     settings: &Settings,
 ) -> Result<Image<bool>, Error> {
+    let depth = &depth.map(Into::into);
     let of = |comparison| shifted(ao, depth, samples, settings, Shift { rounding: 0.0, comparison });
     let [exact, low, high] = [of(0.0)?, of(-1e-5)?, of(1e-5)?];
     let moves = |x: usize, y: usize| {
@@ -46,7 +47,7 @@ pub fn ambiguous(
 
 fn shifted(
     ao: &Image<f64>,
-    depth: &Image<f32>,
+    depth: &Image<f64>,
     samples: &[Image<f32>],
     settings: &Settings,
     shift: Shift,
@@ -97,7 +98,7 @@ enum Taps {
 /// (i, j) times that.
 struct Pass<'a> {
     ao: &'a Image<f64>,
-    depth: &'a Image<f32>,
+    depth: &'a Image<f64>,
     sigma: DepthSigma,
     shift: Shift,
     taps: Taps,
@@ -111,7 +112,7 @@ impl Pass<'_> {
         let height = self.depth.height.div_ceil(self.to[1] as usize);
         let texel = |i: usize| {
             let (x, y) = ((i % width) as i64 * self.to[0], (i / width) as i64 * self.to[1]);
-            self.around(x, y, f64::from(self.depth.at(x as usize, y as usize)))
+            self.around(x, y, self.depth.at(x as usize, y as usize))
         };
         Image { width, height, texels: (0..width * height).into_par_iter().map(texel).collect() }
     }
@@ -133,7 +134,7 @@ impl Pass<'_> {
             if !inside || self.depth.at(tap_x as usize, tap_y as usize).is_infinite() {
                 continue;
             }
-            let dz = f64::from(self.depth.at(tap_x as usize, tap_y as usize)) - z;
+            let dz = self.depth.at(tap_x as usize, tap_y as usize) - z;
             let in_depth = match self.taps {
                 Taps::Gaussian { .. } => (-(dz / self.sigma.at(z)).powi(2) / 2.0).exp(),
                 Taps::Crysis => f64::from(u8::from(dz.abs() <= self.sigma.at(z) * (1.0 + shift))),

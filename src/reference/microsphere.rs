@@ -21,8 +21,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
             } else {
                 // The sphere that a texel's pixel is wide: its radius rho, its solid angle Omega, and the m texels
                 // that the sample stands for.
-                let depth =
-                    if matches!(scene.inputs.projection, Projection::Perspective { .. }) { sample.z } else { 1.0 };
+                let depth = if matches!(scene.projection, Projection::Perspective { .. }) { sample.z } else { 1.0 };
                 let rho = depth * scene.pixel_extent().y / 2.0;
                 // 1 - sqrt(1 - x), without its cancellation where x is small: float64 has none of it left below 1e-16.
                 let x = (rho / distance).min(1.0).powi(2);

@@ -25,13 +25,14 @@ use rayon::prelude::*;
 use sampling::{EXACT, Pixel, Scene, Shift};
 use std::f64::consts::PI;
 
-/// The images that ambient occlusion is computed from, all of one size.
+/// The images that ambient occlusion is computed from, all of one size. In float32 they are what a G-buffer holds; in
+/// float64 nothing has been rounded yet.
 #[derive(Clone, Copy)]
-pub struct Inputs<'a> {
+pub struct Inputs<'a, F = f32> {
     /// Linear eye-space z; infinite on background.
-    pub depth: &'a Image<f32>,
+    pub depth: &'a Image<F>,
     /// Eye-space normals, of any length.
-    pub normals: &'a Image<[f32; 3]>,
+    pub normals: &'a Image<[F; 3]>,
     /// The 4x4 rotation tile, of the settings' method ([`crate::rotation_tile`]).
     pub tile: &'a Image<[f32; 3]>,
     /// The view's projection.
@@ -45,7 +46,7 @@ pub struct Inputs<'a> {
 ///
 /// # Errors
 /// A radius in percent, or images of different sizes.
-pub fn visibility(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Error> {
+pub fn visibility<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<f64>, Error> {
     let scene = Scene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
     Ok(image(&scene, |x, y| {
@@ -63,7 +64,7 @@ pub fn visibility(inputs: &Inputs, settings: &Settings) -> Result<Image<f64>, Er
 ///
 /// # Errors
 /// As [`visibility`].
-pub fn ambiguous(inputs: &Inputs, settings: &Settings) -> Result<Image<bool>, Error> {
+pub fn ambiguous<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<bool>, Error> {
     let scene = Scene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
     let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]

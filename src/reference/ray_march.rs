@@ -15,7 +15,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f
     let a = scene.turned(pixel, j);
     let azimuth = a.x * b1 + a.y * b2;
     let [_, _, b] = pixel.jitter;
-    let perspective = matches!(scene.inputs.projection, Projection::Perspective { .. });
+    let perspective = matches!(scene.projection, Projection::Perspective { .. });
 
     let rays = scene.settings.rays;
     let mut occlusion = 0.0;
@@ -24,7 +24,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f
         let cosine = (f64::from(k) + 0.5) / f64::from(rays);
         let ray = cosine * n + (1.0 - cosine * cosine).sqrt() * azimuth;
         // The end point E, at distance R or at the near plane.
-        let to_near = if ray.z < 0.0 { (pixel.P.z - scene.inputs.near).max(0.0) / -ray.z } else { f64::INFINITY };
+        let to_near = if ray.z < 0.0 { (pixel.P.z - scene.near).max(0.0) / -ray.z } else { f64::INFINITY };
         let E = pixel.P + scene.radius.min(to_near) * ray;
         let slope = |point: DVec3| point.truncate() / if perspective { point.z } else { 1.0 };
         let across: DVec2 = (slope(E) - slope(pixel.P)) / scene.pixel_extent();

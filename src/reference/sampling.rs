@@ -6,6 +6,7 @@
 
 use super::Inputs;
 use crate::Error;
+use crate::image::Image;
 use crate::scene::Projection;
 use crate::settings::{Attenuation, Clamp, Settings, Snap};
 use glam::{DVec2, DVec3};
@@ -67,7 +68,11 @@ pub(super) struct Direction {
 
 /// A method's inputs and settings.
 pub(super) struct Scene<'a> {
-    pub(super) inputs: &'a Inputs<'a>,
+    depth: Image<f64>,
+    normals: Image<[f64; 3]>,
+    tile: &'a Image<[f32; 3]>,
+    pub(super) projection: Projection,
+    pub(super) near: f64,
     pub(super) settings: &'a Settings,
     /// R, scene units.
     pub(super) radius: f64,
@@ -79,13 +84,23 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(inputs: &'a Inputs, settings: &'a Settings) -> Result<Scene<'a>, Error> {
+    pub(super) fn new<F: Copy + Into<f64>>(inputs: &Inputs<'a, F>, settings: &'a Settings) -> Result<Scene<'a>, Error> {
         let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
             return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
         }
         let radius = settings.radius_read()?;
-        Ok(Scene { inputs, settings, radius, reach: radius, scale: settings.ao_scale() as usize })
+        Ok(Scene {
+            depth: inputs.depth.map(Into::into),
+            normals: inputs.normals.map(|n| n.map(Into::into)),
+            tile: inputs.tile,
+            projection: inputs.projection,
+            near: inputs.near,
+            settings,
+            radius,
+            reach: radius,
+            scale: settings.ao_scale() as usize,
+        })
     }
 
     /// None on background.
@@ -101,7 +116,7 @@ impl<'a> Scene<'a> {
             return None;
         }
         let r = self.ray(p);
-        let n = DVec3::from(self.inputs.normals.at(self.scale * x, self.scale * y).map(f64::from));
+        let n = DVec3::from(self.normals.at(self.scale * x, self.scale * y));
         Some(Pixel {
             p,
             P: self.position(p, z),
@@ -111,7 +126,7 @@ impl<'a> Scene<'a> {
             steps: self.settings.steps,
             // R in texels, divided into steps.
             step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
-            jitter: self.inputs.tile.at(x % 4, y % 4).map(f64::from),
+            jitter: self.tile.at(x % 4, y % 4).map(f64::from),
         })
     }
 
@@ -191,7 +206,7 @@ impl<'a> Scene<'a> {
     /// The point at depth z on the ray through the window position p.
     pub(super) fn position(&self, p: DVec2, z: f64) -> DVec3 {
         let slope = (p - self.axis()) * self.pixel_extent();
-        match self.inputs.projection {
+        match self.projection {
             Projection::Perspective { .. } => z * slope.extend(1.0),
             Projection::Orthographic { .. } => slope.extend(z),
         }
@@ -199,7 +214,7 @@ impl<'a> Scene<'a> {
 
     /// r, the direction of the ray through p.
     pub(super) fn ray(&self, p: DVec2) -> DVec3 {
-        match self.inputs.projection {
+        match self.projection {
             Projection::Perspective { .. } => self.position(p, 1.0),
             Projection::Orthographic { .. } => DVec3::Z,
         }
@@ -207,8 +222,8 @@ impl<'a> Scene<'a> {
 
     /// What a texel adds to x' and y'.
     pub(super) fn pixel_extent(&self) -> DVec2 {
-        let full = DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64);
-        let half = match self.inputs.projection {
+        let full = DVec2::new(self.depth.width as f64, self.depth.height as f64);
+        let half = match self.projection {
             Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => DVec2::new(tan_half_fov_x, tan_half_fov_y),
             Projection::Orthographic { half_width, half_height } => DVec2::new(half_width, half_height),
         };
@@ -217,17 +232,22 @@ impl<'a> Scene<'a> {
 
     /// Where the view's axis lies: in the middle of the inputs, whose pixel scale i + 0.5 is texel i + 0.5.
     fn axis(&self) -> DVec2 {
-        let middle = DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64) / 2.0;
+        let middle = DVec2::new(self.depth.width as f64, self.depth.height as f64) / 2.0;
         (middle - 0.5) / self.scale as f64 + 0.5
     }
 
     pub(super) fn depth(&self, x: usize, y: usize) -> f64 {
-        f64::from(self.inputs.depth.at(self.scale * x, self.scale * y))
+        self.depth_of_pixel(self.scale * x, self.scale * y)
+    }
+
+    /// Of a pixel of the inputs, where that is another than a texel of the result.
+    pub(super) fn depth_of_pixel(&self, x: usize, y: usize) -> f64 {
+        self.depth.at(x, y)
     }
 
     /// R projected at depth z, in texels (Figure 6.2.11).
     pub(super) fn radius_in_texels(&self, z: f64) -> DVec2 {
-        match self.inputs.projection {
+        match self.projection {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
             Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
         }
@@ -235,12 +255,12 @@ impl<'a> Scene<'a> {
 
     /// The inputs' width and height, in texels of the result.
     pub(super) fn extent(&self) -> DVec2 {
-        DVec2::new(self.inputs.depth.width as f64, self.inputs.depth.height as f64) / self.scale as f64
+        DVec2::new(self.depth.width as f64, self.depth.height as f64) / self.scale as f64
     }
 
     /// Width and height of the result.
     pub(super) fn size(&self) -> (usize, usize) {
-        (self.inputs.depth.width.div_ceil(self.scale), self.inputs.depth.height.div_ceil(self.scale))
+        (self.depth.width.div_ceil(self.scale), self.depth.height.div_ceil(self.scale))
     }
 
     /// The nearest texel's centre in the image.

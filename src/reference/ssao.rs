@@ -26,10 +26,10 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) 
     // The nearest texel, in the image.
     let q = scene.clamped(pixel.p + shift.round(texels(offset)));
     let (x, y, scale) = (q.x as usize, q.y as usize, settings.ao_scale() as usize);
-    let z = f64::from(match settings.ssao_depth {
-        SsaoDepth::Full => scene.inputs.depth.at(scale * x, scale * y),
-        SsaoDepth::Half => scene.inputs.depth.at(scale * x / 2 * 2, scale * y / 2 * 2),
-    });
+    let z = match settings.ssao_depth {
+        SsaoDepth::Full => scene.depth_of_pixel(scale * x, scale * y),
+        SsaoDepth::Half => scene.depth_of_pixel(scale * x / 2 * 2, scale * y / 2 * 2),
+    };
     if z.is_infinite() {
         return 0.0;
     }

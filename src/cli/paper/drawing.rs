@@ -69,6 +69,9 @@ where
     let mut chart =
         ChartBuilder::on(root).margin(12).x_label_area_size(48).y_label_area_size(64).build_cartesian_2d(x, y)?;
     let short = |value: &f64| {
+        if *value > 0.0 && *value < 1e-3 || *value >= 1e5 {
+            return format!("{value:.0e}");
+        }
         let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
         let text = format!("{value:.digits$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }

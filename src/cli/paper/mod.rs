@@ -5,6 +5,7 @@ mod drawing;
 mod figures;
 mod lab;
 mod page;
+mod precision;
 mod scenes;
 mod tables;
 
@@ -93,7 +94,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let tables = Tables::measure(&lab, runs, || progress.inc(1))?;
     progress.finish_and_clear();
     let tests: Vec<claims::Test> = claims::all().collect();
-    let progress = bar((figures::ALL.len() + tests.len()) as u64, "figures and claims");
+    let progress = bar((figures::ALL.len() + tests.len() + 1) as u64, "figures and claims");
     let mut report = Report {
         about: Vec::new(),
         missing: lab.missing.iter().cloned().chain([DIAGRAMS.into()]).collect(),
@@ -105,6 +106,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         report.claims.push(test(&lab, &tables)?);
         progress.inc(1);
     }
+    let extremes = precision::measure(gl)?;
+    report.measures.extend(extremes.figures()?);
+    progress.inc(1);
     for make in figures::ALL {
         report.figures.push(make(&lab)?);
         progress.inc(1);
@@ -143,7 +147,10 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             .iter()
             .try_for_each(|drawing| outputs.stage(output.join(&drawing.file), drawing.svg.as_bytes()))?;
     }
-    outputs.stage(output.join(FIGURES), format!("{:#}\n", figures_of(&report, &tables, &renderer, size)).as_bytes())?;
+    outputs.stage(
+        output.join(FIGURES),
+        format!("{:#}\n", figures_of(&report, (&tables, &extremes), &renderer, size)).as_bytes(),
+    )?;
     outputs.stage(output.join(PAGE), page::html(&report).as_bytes())?;
     outputs.commit()?;
     made.keep();
@@ -152,7 +159,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 }
 
 /// What the page says in numbers.
-fn figures_of(report: &Report, tables: &Tables, renderer: &str, size: (u32, u32)) -> serde_json::Value {
+fn figures_of(
+    report: &Report,
+    (tables, extremes): (&Tables, &precision::Extremes),
+    renderer: &str,
+    size: (u32, u32),
+) -> serde_json::Value {
     let claims = report.claims.iter().map(|claim| {
         let found = claim.found.iter().map(|found| {
             json!({
@@ -180,5 +192,6 @@ fn figures_of(report: &Report, tables: &Tables, renderer: &str, size: (u32, u32)
         "about": report.about.iter().map(|(name, value)| json!({ "name": name, "value": value })).collect::<Vec<_>>(),
         "claims": claims.collect::<Vec<_>>(),
         "tables": tables.json(),
+        "extremes": extremes.json(),
     })
 }

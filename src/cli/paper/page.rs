@@ -6,6 +6,7 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// An image file beside the page, and inside it.
+#[derive(Clone)]
 pub(super) struct Picture {
     pub(super) file: String,
     pub(super) caption: String,

@@ -88,7 +88,7 @@ fn flags(subject: &Subject, settings: &Settings) -> String {
 }
 
 /// A part of an image as a picture of its own, each pixel `enlarged` times as large.
-fn detail<T: Texel<Component = u8>>(
+pub(super) fn detail<T: Texel<Component = u8>>(
     image: &Image<T>,
     (left, bottom): (usize, usize),
     (width, height): (usize, usize),
@@ -108,7 +108,7 @@ fn detail<T: Texel<Component = u8>>(
     })
 }
 
-fn grey(image: &Image<f32>) -> Image<u8> {
+pub(super) fn grey(image: &Image<f32>) -> Image<u8> {
     image.map(|a| (255.0 * a).round() as u8)
 }
 
