@@ -63,7 +63,7 @@ fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
 
 const MB: usize = 1 << 20;
 
-/// `length` bytes: some first, then others over and over; without others, random ones.
+/// Some bytes, then `length` bytes more: others over and over, or random ones where there are no others.
 struct Junk {
     first: Vec<u8>,
     over: Vec<u8>,
@@ -91,7 +91,11 @@ impl Read for Junk {
         for byte in &mut buffer[..length] {
             *byte = if self.over.is_empty() {
                 self.state = self.state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (self.state >> 56) as u8
+                // Without the letters of the shortest statements, one of which would end the reading soon.
+                match (self.state >> 56) as u8 {
+                    b'v' | b'f' => b'_',
+                    byte => byte,
+                }
             } else {
                 let byte = self.over[self.at % self.over.len()];
                 self.at += 1;
@@ -103,9 +107,11 @@ impl Read for Junk {
     }
 }
 
-fn refused(result: Result<Mesh, Error>) -> String {
-    let message = result.err().expect("junk was taken for a model").to_string();
-    assert!(message.len() < 300 && !message.chars().any(char::is_control), "{message:?}");
+/// The one line that says why there is no model.
+fn refusal(kind: &str, result: Result<Mesh, Error>) -> String {
+    let Err(error) = result else { panic!("{kind}: taken for a model") };
+    let message = error.to_string();
+    assert!(message.len() < 300 && !message.chars().any(char::is_control), "{kind}: {message:?}");
     message
 }
 
@@ -128,17 +134,15 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
         ("points and lines", b"v 0 0 0\n", b"p 1\nl 1 1\nf 1\nf 1 1\n", short, "holds no faces"),
         ("continued lines", b"", b"v 0 0 0 \\\n", long, "line 1: more than 16777216 bytes"),
         ("materials in turn", b"", b"usemtl a\nusemtl b\nmtllib m\n", short, "holds no faces"),
-        ("a model, then random bytes", TRIANGLE.as_bytes(), b"", short, "m.mtl: "),
+        ("a model, then random bytes", TRIANGLE.as_bytes(), b"", short, "line 1: material file \"m\" cannot be read"),
         ("a vertex, then an index", b"v 0 0 0\nf 1 1 2\n", b"", short, "line 2: index 2"),
     ];
     for (kind, first, over, most, what) in kinds {
         let no_material = |_: &str| Err::<&[u8], _>(io::ErrorKind::NotFound.into());
         let read = || Mesh::read_obj(Junk::new(first, over, length), Path::new("m.obj"), no_material);
-        let (peak, message) = peak(|| read().map_err(|error| error.to_string()));
-        let Err(message) = message else { panic!("{kind}: taken for a model") };
-        println!("{} MB of {kind}: {peak} bytes, {message}", length / MB);
-        assert!(message.len() < 300 && !message.chars().any(char::is_control), "{message:?}");
-        assert!(message.contains(what) || kind.ends_with("then random bytes"), "{kind}: {message}");
+        let (peak, message) = peak(|| refusal(kind, read()));
+        println!("{} MB of {kind}: {peak} bytes held, {message}", length / MB);
+        assert!(message.contains(what), "{kind}: {message}");
         assert!(peak < most, "{kind}: {peak} bytes held");
     }
     let kinds: [(&str, &[u8], usize); 5] = [
@@ -152,8 +156,11 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
         let read = || Mesh::read_obj(TRIANGLE.as_bytes(), Path::new("m.obj"), |_| Ok(Junk::new(b"", over, length)));
         let (peak, result) = peak(read);
         println!("{} MB of {kind} as materials: {peak} bytes", length / MB);
-        assert_eq!(result.is_err(), kind == "zeros", "{kind}");
-        result.err().into_iter().for_each(|error| assert!(refused(Err(error)).contains("m: line 1: more than")));
+        if *over == *b"\0" {
+            assert!(refusal(kind, result).starts_with("m: line 1: more than 16777216 bytes"));
+        } else {
+            result.unwrap();
+        }
         assert!(peak < most, "{kind}: {peak} bytes held");
     }
 }
@@ -161,7 +168,7 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
 #[test]
 fn a_model_takes_few_bytes_for_each_of_its_file() {
     let _alone = alone();
-    let most = 24.0;
+    let most = 16.0;
     let length = 4 * MB;
     let repeated = |head: &str, over: &str| format!("{head}{}", over.repeat(length / over.len()));
     let counted = |head: &str, next: &dyn Fn(usize) -> String| {

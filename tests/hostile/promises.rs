@@ -7,7 +7,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 /// A model, and what every `mtllib` in it names: a mesh that holds together, or one line. True where it is a mesh.
-pub fn model(obj: &[u8], mtl: &[u8]) -> bool {
+pub(crate) fn model(obj: &[u8], mtl: &[u8]) -> bool {
     let path = Path::new("model.obj");
     let result = Mesh::read_obj(obj, path, |_| Ok(mtl));
     // As a slow pipe gives it.
@@ -52,7 +52,7 @@ fn holds_together(mesh: &Mesh) {
 
 /// A settings file's text: settings in range that a file keeps to the bit, or one line and nothing changed. True where
 /// it is settings.
-pub fn settings(text: &str) -> bool {
+pub(crate) fn settings(text: &str) -> bool {
     let mut read = Settings::default();
     match read.read_toml(text) {
         Ok(()) => {
@@ -75,13 +75,13 @@ pub fn settings(text: &str) -> bool {
 }
 
 /// A message that fits on a terminal and does nothing to it.
-pub fn one_line(message: &str) {
+pub(crate) fn one_line(message: &str) {
     assert!(!message.is_empty() && !message.chars().any(char::is_control), "{message:?}");
     assert!(message.len() < 1000, "{} bytes: {message}", message.len());
 }
 
 /// A PNG or EXR file, or none: its text and its pixels are read or refused in one line. True where there is text.
-pub fn picture(path: &Path) -> bool {
+pub(crate) fn picture(path: &Path) -> bool {
     let texts = [png::read_text(path), exr::read_text(path)];
     let read = texts.iter().flatten().any(|text| !text.is_empty());
     let pixels = [
