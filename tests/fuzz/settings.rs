@@ -3,6 +3,7 @@
 #![no_main]
 
 #[path = "../hostile/promises.rs"]
+#[allow(dead_code)] // each target holds one of them
 mod promises;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
