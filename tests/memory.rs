@@ -93,7 +93,7 @@ impl Read for Junk {
                 self.state = self.state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                 // Without the letters of the shortest statements, one of which would end the reading soon.
                 match (self.state >> 56) as u8 {
-                    b'v' | b'f' => b'_',
+                    b'v' | b'f' | b'K' => b'_',
                     byte => byte,
                 }
             } else {

@@ -127,6 +127,10 @@ fn headers(path: &Path, file: impl BufRead, length: u64) -> Result<Headers, Erro
     let bytes = |header: &Header| {
         header.layer_size.0 as u128 * header.layer_size.1 as u128 * header.channels.bytes_per_pixel as u128
     };
+    // Of a file of several layers, none may be there.
+    if headers.is_empty() {
+        return Err(Error::input(path, "it holds no image"));
+    }
     check_claim(path, length, headers.iter().map(bytes).sum())?;
     Ok(headers)
 }
