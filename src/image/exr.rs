@@ -73,7 +73,8 @@ pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
     for &name in channel_names::<T>() {
         let Some(channel) = layer.channel_data.list.iter().find(|channel| channel.name.eq(name)) else {
             let found: Vec<String> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
-            let what = format!("the channel {name} is wanted here, the file holds {}", found.join(", "));
+            let found = Error::shown(&found.join(", "));
+            let what = format!("the channel {name} is wanted here, the file holds {found}");
             return Err(Error::input(path, what));
         };
         let plane: Vec<f32> = channel.sample_data.values_as_f32().collect();
