@@ -63,7 +63,7 @@ fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
 
 const MB: usize = 1 << 20;
 
-/// Some bytes, then `length` bytes more: others over and over, or random ones where there are no others.
+/// Some bytes, then about `length` bytes more: others over and over, or random ones where there are no others.
 struct Junk {
     first: Vec<u8>,
     over: Vec<u8>,
@@ -74,7 +74,13 @@ struct Junk {
 
 impl Junk {
     fn new(first: &[u8], over: &[u8], length: usize) -> BufReader<Junk> {
-        BufReader::new(Junk { first: first.into(), over: over.into(), at: 0, left: length, state: 1 })
+        BufReader::new(Junk {
+            first: first.into(),
+            over: over.into(),
+            at: 0,
+            left: length - length % over.len().max(1),
+            state: 1,
+        })
     }
 }
 
