@@ -44,6 +44,14 @@ impl Error {
         matches!(self, Error::Usage(_))
     }
 
+    /// Text of a file or a flag as it may appear in a message: on one line, printable and not too long.
+    pub(crate) fn shown(text: &str) -> String {
+        const LONGEST: usize = 100;
+        let cut = text.char_indices().nth(LONGEST).map(|(end, _)| end);
+        let quoted = format!("{:?}", &text[..cut.unwrap_or(text.len())]);
+        format!("{}{}", &quoted[1..quoted.len() - 1], if cut.is_some() { "..." } else { "" })
+    }
+
     pub(crate) fn gl(place: impl Into<String>, what: impl Into<String>) -> Error {
         Error::Gl { place: place.into(), what: what.into() }
     }

@@ -28,7 +28,7 @@ macro_rules! choice {
             fn parse(text: &str) -> Result<$name, String> {
                 match text {
                     $($text => Ok($name::$variant),)+
-                    _ => Err(format!("'{text}' is none of {}", Self::NAMES.join(", "))),
+                    _ => Err(format!("'{}' is none of {}", Error::shown(text), Self::NAMES.join(", "))),
                 }
             }
         }
@@ -431,26 +431,32 @@ impl Settings {
     /// not name keep their values. The table `[render]` is passed over: there an image says what else it was made with.
     ///
     /// # Errors
-    /// Names the key that is unknown or out of range, or the line that is no TOML.
+    /// Names the key that is unknown or out of range, or the line that is no TOML. Then nothing is changed.
     pub fn read_toml(&mut self, text: &str) -> Result<(), String> {
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
-            let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
-            format!("line {line}: {}", e.message().replace('\n', ", "))
+            let before = e.span().map_or(&[][..], |span| &text.as_bytes()[..span.start.min(text.len())]);
+            let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+            format!("line {line}: {}", Error::shown(&e.message().replace('\n', ", ")))
         })?;
+        let mut read = self.clone();
         for (key, value) in &table {
             if key == "render" && value.is_table() {
                 continue;
             }
             let Some(knob) = KNOBS.iter().find(|knob| knob.name == key) else {
                 let names: Vec<_> = KNOBS.iter().map(|knob| knob.name).collect();
-                return Err(format!("unknown setting '{key}': the settings are {}", names.join(", ")));
+                return Err(format!("unknown setting '{}': the settings are {}", Error::shown(key), names.join(", ")));
             };
             let text = match value {
                 toml::Value::String(text) => text.clone(),
+                toml::Value::Table(_) | toml::Value::Array(_) => {
+                    return Err(format!("{key}: {} is no value for it: write one number or word", value.type_str()));
+                }
                 other => other.to_string(),
             };
-            knob.set(self, &text).map_err(|e| e.to_string())?;
+            knob.set(&mut read, &text).map_err(|e| e.to_string())?;
         }
+        *self = read;
         Ok(())
     }
 

@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// No settings file is anywhere near as long; a device has no end.
 const LONGEST_SETTINGS: u64 = 1 << 20;
+const TOO_LONG: &str = "too long for settings: more than 1 MiB";
 
 /// The method of the contract that is not built yet: it is known, so that nobody is told that there is none.
 const TO_COME: &str = "hbao-view";
@@ -322,13 +323,16 @@ fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     if let Some(texts) = texts {
         let text = texts.into_iter().find(|(keyword, _)| keyword == "hbao").map(|(_, text)| text);
         let text = text.ok_or_else(|| refused("no settings in it: hbao did not write this image".into()))?;
+        if text.len() as u64 > LONGEST_SETTINGS {
+            return Err(refused(TOO_LONG.into()));
+        }
         return Ok((path.into(), text));
     }
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(|e| refused(e.to_string()))?;
     file.take(LONGEST_SETTINGS + 1).read_to_end(&mut bytes).map_err(|e| refused(e.to_string()))?;
     if bytes.len() as u64 > LONGEST_SETTINGS {
-        return Err(refused("too long for a settings file: more than 1 MiB".into()));
+        return Err(refused(TOO_LONG.into()));
     }
     let text = String::from_utf8(bytes).map_err(|_| refused("no settings file: it is not text in UTF-8".into()))?;
     Ok((path.into(), text))

@@ -43,9 +43,9 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     }
 }
 
-/// One line on stderr. Where nobody reads stderr, nobody misses it.
+/// One line on stderr, whatever a file or a flag has put into it. Where nobody reads stderr, nobody misses it.
 pub(crate) fn say(line: &str) {
-    let _ = writeln!(io::stderr(), "hbao: {}", line.replace(['\n', '\r'], " "));
+    let _ = writeln!(io::stderr(), "hbao: {}", line.replace(char::is_control, " "));
 }
 
 fn command() -> Command {

@@ -1,15 +1,17 @@
 //! OpenEXR files: 32-bit float, the channel `Y` or the channels `R`, `G`, `B`, with text.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Seek as _};
 use std::path::Path;
 
 use ::exr::meta::header::Header;
+use ::exr::meta::{Headers, MetaData};
 use ::exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Compression, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
     LineOrder, ReadChannels, ReadLayers, Text, WritableImage,
 };
 
-use super::{Image, Texel, check_claim, open};
+use super::{Image, MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
 /// The bytes of an EXR file that holds `image`, its top row first, and the pairs (keyword, text) of `text` as string
@@ -71,7 +73,8 @@ pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
     for &name in channel_names::<T>() {
         let Some(channel) = layer.channel_data.list.iter().find(|channel| channel.name.eq(name)) else {
             let found: Vec<String> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
-            let what = format!("the channel {name} is wanted here, the file holds {}", found.join(", "));
+            let found = Error::shown(&found.join(", "));
+            let what = format!("the channel {name} is wanted here, the file holds {found}");
             return Err(Error::input(path, what));
         };
         let plane: Vec<f32> = channel.sample_data.values_as_f32().collect();
@@ -83,10 +86,12 @@ pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
     Ok(Image::from_fn(width, height, |x, y| T::from_components(|i| planes[i][(height - 1 - y) * width + x])))
 }
 
-/// Reads the string attributes of an EXR file's first layer as pairs (name, text), in no particular order.
+/// Reads the string attributes of an EXR file's first layer as pairs (name, text), in no particular order. Its header
+/// must not be longer than 16 MiB.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
-    let chunks = chunks(path)?;
-    let attributes = &chunks.headers()[0].own_attributes;
+    let (file, length) = open(path)?;
+    let headers = headers(path, file, length)?;
+    let attributes = &headers[0].own_attributes;
     let string = |text: &Text| String::from_utf8_lossy(text.bytes()).into_owned();
     let mut pairs = Vec::new();
     for (name, text) in [("software", &attributes.software_name), ("comments", &attributes.comments)] {
@@ -100,17 +105,35 @@ pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     Ok(pairs)
 }
 
-type Chunks = ::exr::block::reader::Reader<std::io::BufReader<std::fs::File>>;
+type Chunks = ::exr::block::reader::Reader<BufReader<File>>;
 
 /// Opens a file and reads its headers, but no pixels yet.
 fn chunks(path: &Path) -> Result<Chunks, Error> {
-    let (file, length) = open(path)?;
-    let chunks = ::exr::block::read(file, false).map_err(|e| Error::input(path, e.to_string()))?;
+    let (mut file, length) = open(path)?;
+    let refused = |e: &dyn std::fmt::Display| Error::input(path, e.to_string());
+    headers(path, &mut file, length)?;
+    file.rewind().map_err(|e| refused(&e))?;
+    ::exr::block::read(file, false).map_err(|e| refused(&e))
+}
+
+/// Reads the headers of the layers, at least one, and checks what they claim.
+fn headers(path: &Path, file: impl BufRead, length: u64) -> Result<Headers, Error> {
+    let mut file = file.take(MOST_TEXT as u64);
+    let read = MetaData::read_from_buffered(&mut file, false);
+    let headers = match read {
+        Ok(meta) => meta.headers,
+        Err(_) if file.limit() == 0 => return Err(Error::input(path, "its header is longer than 16 MiB")),
+        Err(e) => return Err(Error::input(path, e.to_string())),
+    };
     let bytes = |header: &Header| {
         header.layer_size.0 as u128 * header.layer_size.1 as u128 * header.channels.bytes_per_pixel as u128
     };
-    check_claim(path, length, chunks.headers().iter().map(bytes).sum())?;
-    Ok(chunks)
+    // Of a file of several layers, none may be there.
+    if headers.is_empty() {
+        return Err(Error::input(path, "it holds no image"));
+    }
+    check_claim(path, length, headers.iter().map(bytes).sum())?;
+    Ok(headers)
 }
 
 fn channel_names<T: Texel>() -> &'static [&'static str] {

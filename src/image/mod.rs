@@ -108,6 +108,9 @@ pub fn metadata(settings: &str) -> [(&'static str, &str); 2] {
     [("Software", concat!("hbao ", env!("CARGO_PKG_VERSION"))), ("hbao", settings)]
 }
 
+/// Bytes of text that are read from a file, and of the header that holds it in an EXR.
+const MOST_TEXT: usize = 1 << 24;
+
 /// Opens an image file to be read, and tells its length in bytes.
 fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
     let open = || {

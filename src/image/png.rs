@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader};
+use ::png::{BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Reader};
 
-use super::{Image, Texel, check_claim, open};
+use super::{Image, MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
 /// The bytes of a PNG file that holds `image`, its top row first, and the pairs (keyword, text) of `text`.
@@ -61,20 +61,27 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }))
 }
 
-/// Reads the pairs (keyword, text) of a PNG file, in no particular order.
+/// Reads the pairs (keyword, text) of a PNG file, in no particular order: at most 16 MiB of text, since a few bytes of a
+/// file can be made to hold gigabytes.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let mut reader = reader(path)?;
     reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // text may also follow the pixels
     let info = reader.info();
-    let mut pairs = Vec::new();
-    for chunk in &info.uncompressed_latin1_text {
-        pairs.push((chunk.keyword.clone(), chunk.text.clone()));
+    let refused = |e: DecodingError| Error::input(path, format!("its text cannot be read, or is past 16 MiB: {e}"));
+    let mut pairs: Vec<(String, String)> =
+        info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect();
+    let mut room = MOST_TEXT;
+    for mut chunk in info.compressed_latin1_text.iter().cloned() {
+        chunk.decompress_text_with_limit(room).map_err(refused)?;
+        let text = chunk.get_text().map_err(refused)?;
+        room = room.saturating_sub(text.len());
+        pairs.push((chunk.keyword, text));
     }
-    for chunk in &info.compressed_latin1_text {
-        pairs.push((chunk.keyword.clone(), chunk.get_text().map_err(|e| Error::input(path, e.to_string()))?));
-    }
-    for chunk in &info.utf8_text {
-        pairs.push((chunk.keyword.clone(), chunk.get_text().map_err(|e| Error::input(path, e.to_string()))?));
+    for mut chunk in info.utf8_text.iter().cloned() {
+        chunk.decompress_text_with_limit(room).map_err(refused)?;
+        let text = chunk.get_text().map_err(refused)?;
+        room = room.saturating_sub(text.len());
+        pairs.push((chunk.keyword, text));
     }
     Ok(pairs)
 }

@@ -1,6 +1,6 @@
 //! The built-in Cornell box: the files of `models/`, compiled in, and the camera published with the measurements.
 
-use super::{Lens, Mesh, Scene, View, obj};
+use super::{Lens, Mesh, Scene, View};
 use crate::Error;
 use glam::DVec3;
 use std::path::Path;
@@ -29,5 +29,5 @@ pub(super) fn scene() -> Result<Scene, Error> {
 }
 
 fn mesh() -> Result<Mesh, Error> {
-    obj::read(OBJ, Path::new("models/cornell_box.obj"), |name| Ok(vec![(name.into(), MTL.to_vec())]))
+    Mesh::read_obj(OBJ, Path::new("models/cornell_box.obj"), |_| Ok(MTL))
 }

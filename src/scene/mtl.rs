@@ -1,52 +1,59 @@
 //! MTL files: the diffuse colours of materials, and where a model may keep them.
 
-use super::statement::{number, quoted, statements};
+use super::statement::{Statements, number, quoted};
 use crate::Error;
 use std::collections::HashMap;
-use std::fmt::Write;
+use std::io::BufRead;
 use std::path::{Component, Path, PathBuf};
 
 /// The colour of what has no material, or a material without `Kd`.
 pub(super) const WHITE: [f32; 3] = [1.0; 3];
 
-/// The diffuse colour of each material in an MTL file, clamped to [0, 1]; where a name is given twice, the last.
+/// A model names at most as many material files: each is looked for, and opened.
+pub(super) const MOST_LIBRARIES: usize = 200;
+
+/// The diffuse colours in an MTL file of the materials in `wanted`, clamped to [0, 1]; where a name is given twice, the
+/// last. All other materials are read and forgotten.
 ///
-/// Reduced to `newmtl` and `Kd` before tobj sees it: tobj 4.0.5 panics on a colour of fewer than three numbers, and
-/// refuses whole files for statements that do not matter here (`illum 2.0`, `d -halo 0.5`, Latin-1 comments).
-pub(super) fn colours(bytes: &[u8], path: &Path) -> Result<HashMap<String, [f32; 3]>, Error> {
-    let mut plain = String::new();
-    let mut named = false;
-    for (line, statement) in statements(&String::from_utf8_lossy(bytes)) {
-        let refuse = |what: String| Error::input(path, format!("line {line}: {what}"));
-        match statement.keyword() {
-            "newmtl" if statement.name().is_empty() => return Err(refuse("newmtl needs a name".into())),
-            "newmtl" => {
-                named = true;
-                let _ = writeln!(plain, "newmtl {}", statement.name());
+/// Of each material only `Kd` is read: many files hold slips elsewhere (`illum 2.0`, Latin-1 comments) that change no
+/// colour.
+pub(super) fn colours(
+    file: impl BufRead,
+    path: &Path,
+    wanted: &HashMap<Box<str>, u32>,
+) -> Result<HashMap<u32, [f32; 3]>, Error> {
+    let mut colours = HashMap::new();
+    // The material at hand, and which of the wanted it is.
+    let mut current: Option<Option<u32>> = None;
+    let mut statements = Statements::new(file, path);
+    while let Some(statement) = statements.next()? {
+        match (statement.keyword(), current) {
+            ("newmtl", _) if statement.name().is_empty() => return Err(statement.refuse("newmtl needs a name")),
+            ("newmtl", _) => {
+                let material = wanted.get(statement.name()).copied();
+                current = Some(material);
+                colours.extend(material.map(|material| (material, WHITE)));
             }
-            "Kd" if !named => return Err(refuse("Kd belongs after a newmtl".into())),
-            "Kd" => {
-                let [r, g, b] = colour(statement.words()).map_err(refuse)?;
-                let _ = writeln!(plain, "Kd {r} {g} {b}");
+            ("Kd", None) => return Err(statement.refuse("Kd belongs after a newmtl")),
+            ("Kd", Some(material)) => {
+                let colour = colour(statement.words()).map_err(|what| statement.refuse(what))?;
+                colours.extend(material.map(|material| (material, colour)));
             }
             _ => {}
         }
     }
-    let (materials, by_name) =
-        tobj::load_mtl_buf(&mut plain.as_bytes()).map_err(|e| Error::input(path, e.to_string()))?;
-    let colour_of = |i: usize| materials[i].diffuse.map_or(WHITE, |kd| kd.map(|x| x as f32));
-    Ok(by_name.into_iter().map(|(name, i)| (name, colour_of(i))).collect())
+    Ok(colours)
 }
 
 /// `Kd r g b`, or `Kd r` for a grey.
-fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f64; 3], String> {
+fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f32; 3], String> {
     let mut component = || words.next().map(number).transpose();
-    let numbers = [component()?, component()?, component()?];
-    match numbers {
-        [Some(r), Some(g), Some(b)] => Ok([r, g, b].map(|x| x.clamp(0.0, 1.0))),
-        [Some(grey), None, None] => Ok([grey.clamp(0.0, 1.0); 3]),
-        _ => Err("Kd needs three numbers, red green blue".into()),
-    }
+    let numbers = match [component()?, component()?, component()?] {
+        [Some(r), Some(g), Some(b)] => [r, g, b],
+        [Some(grey), None, None] => [grey; 3],
+        _ => return Err("Kd needs three numbers, red green blue".into()),
+    };
+    Ok(numbers.map(|x| x.clamp(0.0, 1.0) as f32))
 }
 
 /// The MTL files that one `mtllib` statement names, checked to lie inside the model's folder.
@@ -54,10 +61,10 @@ fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f64; 3], Stri
 /// A model is often somebody else's file, and must not make us open others' files elsewhere.
 pub(super) fn libraries(folders: &[PathBuf], name: &str) -> Result<Vec<PathBuf>, String> {
     // Names hold spaces more often than statements hold several names.
-    let words: Vec<&str> = name.split_whitespace().collect();
-    let several = words.len() > 1 && words.iter().all(|word| word.to_ascii_lowercase().ends_with(".mtl"));
+    let words = || name.split_whitespace();
+    let several = words().nth(1).is_some() && words().all(|word| word.to_ascii_lowercase().ends_with(".mtl"));
     if several && inside(folders, name).is_err() {
-        words.iter().map(|word| inside(folders, word)).collect()
+        words().take(MOST_LIBRARIES + 1).map(|word| inside(folders, word)).collect()
     } else {
         Ok(vec![inside(folders, name)?])
     }

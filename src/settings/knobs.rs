@@ -66,34 +66,36 @@ impl Knob {
 
 fn count(text: &str, min: u32, max: u32) -> Result<u32, String> {
     let value = text.trim().parse::<u32>().ok().filter(|n| (min..=max).contains(n));
-    value.ok_or_else(|| format!("'{text}' is no whole number from {min} to {max}"))
+    value.ok_or_else(|| format!("'{}' is no whole number from {min} to {max}", Error::shown(text)))
 }
 
 fn odd_or_zero(text: &str, min: u32, max: u32) -> Result<u32, String> {
     let value = text.trim().parse::<u32>().ok().filter(|&n| n == 0 || (n % 2 == 1 && (min..=max).contains(&n)));
-    value.ok_or_else(|| format!("'{text}' is neither 0 nor an odd number from {min} to {max}"))
+    value.ok_or_else(|| format!("'{}' is neither 0 nor an odd number from {min} to {max}", Error::shown(text)))
 }
 
 fn one_of(text: &str, values: &[u32]) -> Result<u32, String> {
     let value = text.trim().parse::<u32>().ok().filter(|n| values.contains(n));
     value.ok_or_else(|| {
         let values: Vec<String> = values.iter().map(u32::to_string).collect();
-        format!("'{text}' is none of {}", values.join(", "))
+        format!("'{}' is none of {}", Error::shown(text), values.join(", "))
     })
 }
 
 fn switch(text: &str) -> Result<bool, String> {
-    text.trim().parse().map_err(|_| format!("'{text}' is neither true nor false"))
+    text.trim().parse().map_err(|_| format!("'{}' is neither true nor false", Error::shown(text)))
 }
 
 fn degrees(text: &str, min: f64, max: f64) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|d| (min..=max).contains(d));
-    value.map(f64::to_radians).ok_or_else(|| format!("'{text}' is no angle from {min} to {max} degrees"))
+    value
+        .map(f64::to_radians)
+        .ok_or_else(|| format!("'{}' is no angle from {min} to {max} degrees", Error::shown(text)))
 }
 
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
-    value.ok_or_else(|| format!("'{text}' is no finite number above 0"))
+    value.ok_or_else(|| format!("'{}' is no finite number above 0", Error::shown(text)))
 }
 
 fn length(text: &str) -> Result<Radius, String> {
@@ -101,12 +103,16 @@ fn length(text: &str) -> Result<Radius, String> {
         Some(percent) => positive(percent).map(Radius::Percent),
         None => positive(text).map(Radius::Units),
     };
-    parsed.map_err(|_| format!("'{text}' is neither a finite length above 0 nor such a number and %"))
+    parsed.map_err(|_| format!("'{}' is neither a finite length above 0 nor such a number and %", Error::shown(text)))
 }
 
-/// Degrees that read as they were typed: 30, where 30 degrees in radians and back is 29.999999999999996.
+/// Degrees that read as they were typed, and give these radians again: 30, where 30 degrees in radians and back is
+/// 29.999999999999996.
 fn typed_degrees(radians: f64) -> f64 {
-    (radians.to_degrees() * 1e10).round() / 1e10
+    let degrees = radians.to_degrees();
+    let short = (degrees * 1e10).round() / 1e10;
+    let near = [short, degrees, degrees.next_up(), degrees.next_down()];
+    near.into_iter().find(|degrees| degrees.to_radians() == radians).unwrap_or(short)
 }
 
 macro_rules! knobs {

@@ -1,0 +1,22 @@
+//! PNG and EXR files, from which settings are read.
+
+#![no_main]
+
+#[path = "../hostile/promises.rs"]
+#[allow(dead_code)] // each target holds one of them
+mod promises;
+
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+/// In memory where there is such a place.
+static FILE: LazyLock<PathBuf> = LazyLock::new(|| {
+    let memory = PathBuf::from("/dev/shm");
+    let folder = if memory.is_dir() { memory } else { std::env::temp_dir() };
+    folder.join(format!("hbao-fuzz-{}", std::process::id()))
+});
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    std::fs::write(&*FILE, bytes).unwrap();
+    promises::picture(&FILE);
+});

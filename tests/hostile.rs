@@ -1,0 +1,199 @@
+//! Whatever a file holds, it is read or refused in one line: every file of the corpus in `tests/hostile`, and mutations
+//! of them from a fixed seed. `HBAO_FUZZ_CASES` says how many of each kind; `tests/fuzz/run` goes on by coverage.
+
+#[path = "hostile/promises.rs"]
+mod promises;
+
+use glam::DVec3;
+use hbao::scene::Mesh;
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+fn tests() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")
+}
+
+/// The files of one folder of the corpus, by name.
+fn corpus(folder: &str) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(tests().join("hostile").join(folder)).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> =
+        paths.map(|path| (path.file_name().unwrap().to_str().unwrap().into(), fs::read(path).unwrap())).collect();
+    files.sort();
+    assert!(files.len() > 10, "the corpus of {folder} is missing");
+    files
+}
+
+/// How many mutations to try.
+fn cases(default: u64) -> u64 {
+    std::env::var("HBAO_FUZZ_CASES").map_or(default, |cases| cases.parse().unwrap())
+}
+
+/// Numbers below the one asked for, the same ones for the same seed.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((self.0 >> 33) % end.max(1) as u64) as usize
+    }
+
+    fn of<'a, T>(&mut self, choices: &'a [T]) -> &'a T {
+        &choices[self.below(choices.len())]
+    }
+}
+
+/// The words of the fuzzer's dictionary, a quoted string a line.
+fn dictionary() -> Vec<Vec<u8>> {
+    let text = fs::read_to_string(tests().join("hostile/dictionary")).unwrap();
+    let word = |line: &str| {
+        let mut rest = line.strip_prefix('"').unwrap().strip_suffix('"').unwrap();
+        let mut word = Vec::new();
+        while let Some(c) = rest.chars().next() {
+            let (byte, length) = match rest.strip_prefix("\\x") {
+                Some(digits) => (u8::from_str_radix(&digits[..2], 16).unwrap(), 4),
+                None if c == '\\' => (rest.as_bytes()[1], 2),
+                None => (rest.as_bytes()[0], 1),
+            };
+            word.push(byte);
+            rest = &rest[length..];
+        }
+        word
+    };
+    text.lines().map(word).collect()
+}
+
+/// A file of the corpus with up to six changes: bytes, words, whole stretches, another file's lines.
+fn mutated(files: &[(String, Vec<u8>)], words: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
+    let mut bytes = chance.of(files).1.clone();
+    for _ in 0..1 + chance.below(6) {
+        let at = chance.below(bytes.len() + 1);
+        let end = at + chance.below((bytes.len() - at).min(40) + 1);
+        match chance.below(9) {
+            0 if at < bytes.len() => bytes[at] ^= 1 << chance.below(8),
+            1 if at < bytes.len() => bytes[at] = chance.below(256) as u8,
+            2 => drop(bytes.drain(at..end)),
+            3 => drop(bytes.splice(at..at, chance.of(words).iter().copied())),
+            4 => {
+                // In place of the word there.
+                let space = |byte: &u8| byte.is_ascii_whitespace() || b"/=[]".contains(byte);
+                let start = bytes[..at].iter().rposition(space).map_or(0, |place| place + 1);
+                let end = bytes[at..].iter().position(space).map_or(bytes.len(), |place| at + place);
+                drop(bytes.splice(start..end, chance.of(words).iter().copied()));
+            }
+            5 => {
+                let most = if chance.below(20) == 0 { 3000 } else { 5 };
+                let part = bytes[at..end].repeat(1 + chance.below(most));
+                drop(bytes.splice(at..at, part));
+            }
+            6 => {
+                let other = &chance.of(files).1;
+                let cut = chance.below(other.len() + 1);
+                bytes.truncate(at);
+                bytes.extend_from_slice(&other[cut..]);
+            }
+            7 => {
+                let mut lines: Vec<Vec<u8>> =
+                    bytes.split_inclusive(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect();
+                let (one, other) = (chance.below(lines.len()), chance.below(lines.len()));
+                if one != other {
+                    lines.swap(one, other);
+                }
+                bytes = lines.concat();
+            }
+            8 if chance.below(4) == 0 => bytes.truncate(at),
+            _ => {}
+        }
+    }
+    bytes
+}
+
+/// Says which input it was, should what follows panic.
+struct Tried<'a>(&'a [u8]);
+
+impl Drop for Tried<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("the input, {} bytes: {}", self.0.len(), self.0[..self.0.len().min(4000)].escape_ascii());
+        }
+    }
+}
+
+/// Tries every file of a folder and mutations of them. Both answers must come up, or the mutations are too wild or too tame.
+fn hold(folder: &str, seed: u64, default: u64, promise: impl Fn(&[u8]) -> bool) {
+    let (files, words) = (corpus(folder), dictionary());
+    let mut accepted = 0;
+    for (name, bytes) in &files {
+        let _tried = Tried(name.as_bytes());
+        promise(bytes);
+    }
+    let (cases, mut chance) = (cases(default), Chance(seed));
+    for _ in 0..cases {
+        let bytes = mutated(&files, &words, &mut chance);
+        let _tried = Tried(&bytes);
+        accepted += u64::from(promise(&bytes));
+    }
+    println!("{folder}: {} files, {cases} mutations, {accepted} of them accepted", files.len());
+    assert!(accepted * 50 > cases && accepted * 50 < 49 * cases, "{accepted} of {cases} accepted");
+}
+
+/// Materials for the models, and a model for the materials.
+const MTL: &[u8] = b"newmtl a\nKd 0.5 1 0\nnewmtl b\nKd 1\n";
+const OBJ: &[u8] = b"mtllib m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b c\nf 1 2 3\n";
+
+#[test]
+fn a_model_is_a_mesh_that_holds_together_or_is_refused_in_one_line() {
+    hold("obj", 1, 30_000, |obj| promises::model(obj, MTL));
+}
+
+#[test]
+fn a_material_file_gives_colours_or_is_refused_in_one_line() {
+    hold("mtl", 2, 30_000, |mtl| promises::model(OBJ, mtl));
+}
+
+#[test]
+fn a_settings_file_gives_settings_that_a_file_keeps_or_is_refused_in_one_line() {
+    hold("settings", 3, 30_000, |bytes| promises::settings(&String::from_utf8_lossy(bytes)));
+}
+
+#[test]
+fn a_picture_is_read_or_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture");
+    hold("pictures", 4, 3_000, |bytes| {
+        fs::write(&path, bytes).unwrap();
+        promises::picture(&path)
+    });
+}
+
+#[test]
+fn models_that_tobj_reads_too_are_read_as_it_reads_them() {
+    let mut chance = Chance(5);
+    for _ in 0..300 {
+        let mut text = String::new();
+        let (positions, normals) = (3 + chance.below(9), 1 + chance.below(4));
+        let number = |chance: &mut Chance| (chance.below(2001) as f64 - 1000.0) / 7.0;
+        for keyword in std::iter::repeat_n("v", positions).chain(std::iter::repeat_n("vn", normals)) {
+            let [x, y, z] = std::array::from_fn(|_| number(&mut chance));
+            text += &format!("{keyword} {x} {y} {z:e}\n");
+        }
+        for _ in 0..1 + chance.below(12) {
+            let mut index = |count: usize| {
+                let i = 1 + chance.below(count) as i64;
+                if i % 3 == 0 { i - count as i64 - 1 } else { i }
+            };
+            text += "f";
+            (0..3).for_each(|_| text += &format!(" {}//{}", index(positions), index(normals)));
+            text += "\n";
+        }
+        let ours = Mesh::read_obj(text.as_bytes(), Path::new("model.obj"), |_| Ok(MTL)).unwrap();
+        let options = tobj::LoadOptions { single_index: true, ..Default::default() };
+        let (theirs, _) = tobj::load_obj_buf(&mut Cursor::new(&text), &options, |_| unreachable!()).unwrap();
+        let vectors = |flat: &[f64]| flat.chunks_exact(3).map(DVec3::from_slice).collect::<Vec<_>>();
+        let [tobj::Model { mesh: theirs, .. }] = &theirs[..] else { panic!("{} models: {text}", theirs.len()) };
+        let triangles = theirs.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        let theirs = Mesh::new(vectors(&theirs.positions), triangles).unwrap().with_normals(vectors(&theirs.normals));
+        assert_eq!(ours, theirs.unwrap(), "{text}");
+    }
+}

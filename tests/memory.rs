@@ -1,0 +1,237 @@
+//! Memory follows from what a file says, not from its length, nor from a size that it claims. Counted by the allocator, so
+//! that gigabytes can be read without a disk: `HBAO_JUNK_MB=2048 cargo test --test memory -- --nocapture` reads 2 GB of each
+//! kind.
+
+use hbao::Error;
+use hbao::image::{exr, png};
+use hbao::scene::Mesh;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
+
+struct Counting;
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+static HELD: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+fn more(size: usize) {
+    let held = HELD.fetch_add(size, Ordering::Relaxed) + size;
+    PEAK.fetch_max(held, Ordering::Relaxed);
+}
+
+// SAFETY: each call is the system allocator's own, with the caller's own promises.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        more(layout.size());
+        // SAFETY: as above.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
+        HELD.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as above.
+        unsafe { System.dealloc(old, layout) }
+    }
+
+    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // The old block may live beside the new one for a while; large ones are moved by their pages.
+        more(size);
+        HELD.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as above.
+        unsafe { System.realloc(old, layout, size) }
+    }
+}
+
+/// One test at a time counts.
+fn alone() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// The most bytes that `work` holds at once, beside what it returns.
+fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
+    let before = HELD.load(Ordering::Relaxed);
+    PEAK.store(before, Ordering::Relaxed);
+    let result = work();
+    (PEAK.load(Ordering::Relaxed) - before, result)
+}
+
+const MB: usize = 1 << 20;
+
+/// Some bytes, then about `length` bytes more: others over and over, or random ones where there are no others.
+struct Junk {
+    first: Vec<u8>,
+    over: Vec<u8>,
+    at: usize,
+    left: usize,
+    state: u64,
+}
+
+impl Junk {
+    fn new(first: &[u8], over: &[u8], length: usize) -> BufReader<Junk> {
+        BufReader::new(Junk {
+            first: first.into(),
+            over: over.into(),
+            at: 0,
+            left: length - length % over.len().max(1),
+            state: 1,
+        })
+    }
+}
+
+impl Read for Junk {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let length = buffer.len().min(self.left);
+        let source = if self.at < self.first.len() { &self.first[self.at..] } else { &[] };
+        if !source.is_empty() {
+            let length = length.min(source.len());
+            buffer[..length].copy_from_slice(&source[..length]);
+            self.at += length;
+            return Ok(length);
+        }
+        for byte in &mut buffer[..length] {
+            *byte = if self.over.is_empty() {
+                self.state = self.state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                // Without the letters of the shortest statements, one of which would end the reading soon.
+                match (self.state >> 56) as u8 {
+                    b'v' | b'f' | b'K' => b'_',
+                    byte => byte,
+                }
+            } else {
+                let byte = self.over[self.at % self.over.len()];
+                self.at += 1;
+                byte
+            };
+        }
+        self.left -= length;
+        Ok(length)
+    }
+}
+
+/// The one line that says why there is no model.
+fn refusal(kind: &str, result: Result<Mesh, Error>) -> String {
+    let Err(error) = result else { panic!("{kind}: taken for a model") };
+    let message = error.to_string();
+    assert!(message.len() < 300 && !message.chars().any(char::is_control), "{kind}: {message:?}");
+    message
+}
+
+const TRIANGLE: &str = "mtllib m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+
+#[test]
+fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
+    let _alone = alone();
+    let length = MB * std::env::var("HBAO_JUNK_MB").map_or(32, |mb| mb.parse::<usize>().unwrap());
+    // A line under way is at most 16 MiB, thrice that where its bytes are not UTF-8, and as much again while it grows.
+    let (short, long) = (MB, 128 * MB);
+    type Kind = (&'static str, &'static [u8], &'static [u8], usize, &'static str);
+    let kinds: [Kind; 12] = [
+        ("random bytes", b"", b"", short, "holds no faces"),
+        ("zeros", b"", b"\0", long, "line 1: more than 16777216 bytes"),
+        ("one line of text", b"", b"v 0 0 0 ", long, "line 1: more than 16777216 bytes"),
+        ("one line of no text", b"", b"\xff", long, "line 1: more than 16777216 bytes"),
+        ("one comment", b"#", b" ", long, "line 1: more than 16777216 bytes"),
+        ("line ends", b"", b"\n", short, "holds no faces"),
+        ("unknown statements", b"", b"foo 1 2 3\n", short, "holds no faces"),
+        ("points and lines", b"v 0 0 0\n", b"p 1\nl 1 1\nf 1\nf 1 1\n", short, "holds no faces"),
+        ("continued lines", b"", b"v 0 0 0 \\\n", long, "line 1: more than 16777216 bytes"),
+        ("materials in turn", b"", b"usemtl a\nusemtl b\nmtllib m\n", short, "holds no faces"),
+        ("a model, then random bytes", TRIANGLE.as_bytes(), b"", short, "line 1: material file \"m\" cannot be read"),
+        ("a vertex, then an index", b"v 0 0 0\nf 1 1 2\n", b"", short, "line 2: index 2"),
+    ];
+    for (kind, first, over, most, what) in kinds {
+        let no_material = |_: &str| Err::<&[u8], _>(io::ErrorKind::NotFound.into());
+        let read = || Mesh::read_obj(Junk::new(first, over, length), Path::new("m.obj"), no_material);
+        let (peak, message) = peak(|| refusal(kind, read()));
+        println!("{} MB of {kind}: {peak} bytes held, {message}", length / MB);
+        assert!(message.contains(what), "{kind}: {message}");
+        assert!(peak < most, "{kind}: {peak} bytes held");
+    }
+    let kinds: [(&str, &[u8], usize); 5] = [
+        ("random bytes", b"", short),
+        ("zeros", b"\0", long),
+        ("line ends", b"\n", short),
+        ("unknown statements", b"illum 2\n", short),
+        ("materials of no use", b"newmtl b\nKd 1 1 1\nnewmtl cc\n", short),
+    ];
+    for (kind, over, most) in kinds {
+        let read = || Mesh::read_obj(TRIANGLE.as_bytes(), Path::new("m.obj"), |_| Ok(Junk::new(b"", over, length)));
+        let (peak, result) = peak(read);
+        println!("{} MB of {kind} as materials: {peak} bytes", length / MB);
+        if *over == *b"\0" {
+            assert!(refusal(kind, result).starts_with("m: line 1: more than 16777216 bytes"));
+        } else {
+            result.unwrap();
+        }
+        assert!(peak < most, "{kind}: {peak} bytes held");
+    }
+}
+
+#[test]
+fn a_model_takes_few_bytes_for_each_of_its_file() {
+    let _alone = alone();
+    let most = 20.0;
+    // Lists double as they grow: one that has just done so, and one that is about to.
+    for length in [4 * MB, 9 * MB / 2] {
+        for (kind, text) in models_of_little_but_one_thing(length) {
+            let mtl: &[u8] = b"newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n";
+            let (peak, mesh) = peak(|| Mesh::read_obj(text.as_bytes(), Path::new("m.obj"), |_| Ok(mtl)));
+            mesh.unwrap_or_else(|error| panic!("{kind}: {error}"));
+            let each = peak as f64 / text.len() as f64;
+            println!("{kind}: {each:.1} bytes for each of the file");
+            assert!(each < most, "{kind}: {each} bytes for each of the file");
+        }
+    }
+}
+
+/// What takes the most memory, in files of about `length` bytes.
+fn models_of_little_but_one_thing(length: usize) -> [(&'static str, String); 9] {
+    let repeated = |head: &str, over: &str| format!("{head}{}", over.repeat(length / over.len()));
+    let counted = |head: &str, next: &dyn Fn(usize) -> String| {
+        let mut text = head.to_string();
+        (1..)
+            .map(next)
+            .take_while(|next| {
+                text += next;
+                text.len() < length
+            })
+            .for_each(drop);
+        text
+    };
+    let polygon = format!("f{}\n", " 1".repeat(65_536));
+    [
+        ("positions", repeated("v 0 0 0\nf 1 1 1\n", "v 0 0 0\n")),
+        ("normals", repeated("v 0 0 0\nf 1 1 1\n", "vn 0 0 1\n")),
+        ("triangles", repeated("v 0 0 0\n", "f 1 1 1\n")),
+        ("polygons", repeated("v 0 0 0\n", &polygon)),
+        ("colours in turn", repeated("mtllib m\nv 0 0 0\n", "usemtl a\nf 1 1 1\nusemtl b\nf 1 1 1\n")),
+        ("materials", counted("v 0 0 0\n", &|i| format!("usemtl {i}\nf 1 1 1\n"))),
+        ("names of materials", counted("v 0 0 0\nf 1 1 1\n", &|i| format!("usemtl {i}\n"))),
+        ("vertices", counted("", &|i| format!("v 0 0 0\nf {i} {i} {i}\n"))),
+        ("vertices with normals", counted("v 0 0 0\n", &|i| format!("vn 0 0 1\nf 1//{i} 1//{i} 1//{i}\n"))),
+    ]
+}
+
+#[test]
+fn a_picture_takes_no_memory_for_what_it_claims() {
+    let _alone = alone();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/hostile/pictures");
+    let mut bombs = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_string();
+        let (peak, text) = peak(|| if name.ends_with("png") { png::read_text(&path) } else { exr::read_text(&path) });
+        println!("{name}: {peak} bytes");
+        assert!(peak < 50 * MB, "{name}: {peak} bytes held");
+        if name.starts_with("bombs") {
+            bombs += 1;
+            assert!(text.unwrap_err().to_string().contains("past 16 MiB"));
+        }
+    }
+    assert!(bombs > 0);
+}
