@@ -17,10 +17,13 @@ use hbao::reference;
 use hbao::scene::Projection;
 use hbao::settings::Method;
 use hbao::{Pipeline, Request, Settings, rotation_tile};
+use proptest::prelude::Strategy as _;
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestCaseError, TestRunner};
+use rig::process::{in_own_process, skip};
 use rig::surfaces::Surfaces;
 use rig::{FOUR_SAMPLES, Limits, compare, everywhere};
 use std::cell::RefCell;
+use std::ffi::OsStr;
 
 type Held = Result<(), TestCaseError>;
 
@@ -53,14 +56,14 @@ struct Compiled {
     key: (Backend, Settings, (u32, u32)),
     // Before the context, which it is made in.
     pipeline: Pipeline,
-    _context: Context,
+    context: Context,
 }
 
 fn compiled(batch: &Batch) -> Compiled {
     let context = Context::open(batch.backend).unwrap();
     let request = Request { raw: true, edges: true, ..Request::default() };
     let pipeline = Pipeline::new(context.gl(), batch.size, &batch.settings, request).unwrap();
-    Compiled { key: (batch.backend, batch.settings.clone(), batch.size), pipeline, _context: context }
+    Compiled { key: (batch.backend, batch.settings.clone(), batch.size), pipeline, context }
 }
 
 /// Finite, and in [0, 1].
@@ -192,11 +195,23 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     held("blurred ambient occlusion", &ao, &expected, &ambiguous.map(|a| !a), everywhere(1e-3))
 }
 
-/// Draws `sets` of settings of these methods, or where a longer run is asked for as many as `share` of its frames take.
-/// Of all covered pixels `left_out` may be ambiguous, and of a frame's 0.5 % or two; but where `left_out` is more, in one
-/// frame of twenty any number: in an orthographic view of a plane pixels share their offsets, and a tie of one is that of
-/// a sixteenth of them. A tie of the blur's nearest taps is that of every other pixel from half resolution.
-fn hold_drawn(seeds: &'static str, methods: &'static [Method], (sets, share): (u32, f64), left_out: f64) {
+/// What is drawn.
+struct Draws {
+    methods: &'static [Method],
+    /// As many settings; or where a longer run is asked for, as many as `share` of its frames take.
+    sets: u32,
+    share: f64,
+    /// Of all covered pixels so many may be ambiguous, and of a frame's 0.5 % or two; but where this is more, in one
+    /// frame of twenty any number: in an orthographic view of a plane pixels share their offsets, and a tie of one is that
+    /// of a sixteenth of them. A tie of the blur's nearest taps is that of every other pixel from half resolution.
+    left_out: f64,
+    /// By this backend alone, in pictures that a slow driver can render.
+    only: Option<Backend>,
+}
+
+const ORDINARY: Draws = Draws { methods: &[], sets: 0, share: 0.0, left_out: 0.005, only: None };
+
+fn hold_drawn(seeds: &'static str, Draws { methods, sets, share, left_out, only }: Draws) {
     let asked = std::env::var("HBAO_STABILITY_CASES").ok().map(|n| n.parse::<f64>().unwrap());
     let defaults = Config::default();
     let config = Config {
@@ -207,9 +222,13 @@ fn hold_drawn(seeds: &'static str, methods: &'static [Method], (sets, share): (u
         max_shrink_iters: 400,
         ..defaults
     };
+    let drawn = batch(methods).prop_map(move |batch| match only {
+        Some(backend) => Batch { backend, size: (batch.size.0.min(23), batch.size.1.min(23)), ..batch },
+        None => batch,
+    });
     let counts = RefCell::new(Counts::default());
     let last: RefCell<Option<Compiled>> = RefCell::new(None);
-    let result = TestRunner::new(config).run(&batch(methods), |batch| {
+    let result = TestRunner::new(config).run(&drawn, |batch| {
         let mut last = last.borrow_mut();
         let mut counts = counts.borrow_mut();
         if last.as_ref().is_none_or(|last| last.key != (batch.backend, batch.settings.clone(), batch.size)) {
@@ -218,7 +237,8 @@ fn hold_drawn(seeds: &'static str, methods: &'static [Method], (sets, share): (u
             *last = Some(compiled(&batch));
             counts.settings += 1;
         }
-        let pipeline = &mut last.as_mut().unwrap().pipeline;
+        let Compiled { pipeline, context, .. } = last.as_mut().unwrap();
+        let _watch = rig::debug::watch(context);
         batch.shots.iter().enumerate().try_for_each(|(i, drawn)| {
             let what = |error| match error {
                 TestCaseError::Fail(why) => TestCaseError::fail(format!("shot {i}: {why}")),
@@ -244,32 +264,63 @@ fn hold_drawn(seeds: &'static str, methods: &'static [Method], (sets, share): (u
 
 #[test]
 fn hbao_is_finite_in_range_and_its_twins_at_the_extremes() {
-    hold_drawn("tests/stability/hbao.seeds", &[Method::Hbao], (24, 0.4), 0.005);
+    hold_drawn("tests/stability/hbao.seeds", Draws { methods: &[Method::Hbao], sets: 24, share: 0.4, ..ORDINARY });
 }
 
 #[test]
 fn hbao_of_the_talk_is_finite_in_range_and_its_twins_at_the_extremes() {
     // Of samples that are as high, the one that is taken for the horizon decides all of the direction's W.
-    hold_drawn("tests/stability/hbao-talk.seeds", &[Method::HbaoTalk], (8, 0.13), 0.01);
+    let draws = Draws { methods: &[Method::HbaoTalk], sets: 8, share: 0.13, left_out: 0.01, ..ORDINARY };
+    hold_drawn("tests/stability/hbao-talk.seeds", draws);
 }
 
 #[test]
 fn marched_rays_are_finite_in_range_and_their_twins_at_the_extremes() {
     // As `rig::twin::hold_visibility` has it: any of hundreds of samples may be about to round to another texel.
-    hold_drawn("tests/stability/ray-march.seeds", &[Method::RayMarch], (8, 0.13), 0.05);
+    let draws = Draws { methods: &[Method::RayMarch], sets: 8, share: 0.13, left_out: 0.05, ..ORDINARY };
+    hold_drawn("tests/stability/ray-march.seeds", draws);
 }
 
 #[test]
 fn micro_spheres_and_creases_are_finite_in_range_and_their_twins_at_the_extremes() {
-    hold_drawn("tests/stability/microsphere.seeds", &[Method::Microsphere, Method::Crease], (9, 0.15), 0.005);
+    let draws = Draws { methods: &[Method::Microsphere, Method::Crease], sets: 9, share: 0.15, ..ORDINARY };
+    hold_drawn("tests/stability/microsphere.seeds", draws);
 }
 
 #[test]
 fn ssao_is_finite_in_range_and_its_twins_at_the_extremes() {
-    hold_drawn("tests/stability/ssao.seeds", &[Method::Ssao], (10, 0.17), 0.005);
+    hold_drawn("tests/stability/ssao.seeds", Draws { methods: &[Method::Ssao], sets: 10, share: 0.17, ..ORDINARY });
 }
 
 #[test]
 fn no_ambient_occlusion_is_open_at_the_extremes() {
-    hold_drawn("tests/stability/none.seeds", &[Method::None], (1, 0.02), 0.005);
+    hold_drawn("tests/stability/none.seeds", Draws { methods: &[Method::None], sets: 1, share: 0.02, ..ORDINARY });
+}
+
+const EVERY: &[Method] =
+    &[Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease, Method::Ssao];
+
+/// Both in a process of their own, and of every kind of view a few.
+const OTHER_DRIVERS: Draws = Draws { methods: EVERY, sets: 8, share: 0.1, left_out: 0.05, only: Some(Backend::Egl) };
+
+#[test]
+fn softpipe_is_finite_in_range_and_its_twins_at_the_extremes() {
+    let test = "softpipe_is_finite_in_range_and_its_twins_at_the_extremes";
+    in_own_process(test, &[("GALLIUM_DRIVER", OsStr::new("softpipe"))], || {
+        let draws = Draws { only: Some(Backend::Osmesa), ..OTHER_DRIVERS };
+        hold_drawn("tests/stability/softpipe.seeds", draws);
+    });
+}
+
+#[test]
+fn zink_is_finite_in_range_and_its_twins_at_the_extremes() {
+    let test = "zink_is_finite_in_range_and_its_twins_at_the_extremes";
+    let environment = [("MESA_LOADER_DRIVER_OVERRIDE", "zink"), ("LIBGL_ALWAYS_SOFTWARE", "true")];
+    in_own_process(test, &environment.map(|(name, value)| (name, OsStr::new(value))), || {
+        let described = Context::open(Backend::Egl).map(|context| context.describe());
+        match described {
+            Ok(described) if described.contains("zink") => hold_drawn("tests/stability/zink.seeds", OTHER_DRIVERS),
+            _ => skip("zink on a Vulkan driver", "mesa-vulkan-drivers"),
+        }
+    });
 }
