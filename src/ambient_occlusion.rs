@@ -80,6 +80,7 @@ impl Inputs {
                 let samples = if kind == multisample { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
                 (size.map(i64::from), i64::from(samples))
             };
+            gl::check(gl, &format!("the {name} texture's size"))?;
             if found.0 != [i64::from(size.0), i64::from(size.1)] {
                 let ([width, height], (w, h)) = (found.0, size);
                 return Err(Error::Usage(format!(
@@ -112,6 +113,9 @@ impl Inputs {
 
 /// Where errors come from that the application made and did not ask for: they would read as ours.
 const PENDING: &str = "an error left by the application before ambient occlusion";
+
+/// Names what is done before the passes.
+const SAVING: &str = "saving the application's state";
 
 /// What is asked of a run beside ambient occlusion itself.
 #[derive(Clone, Copy, Default)]
@@ -268,6 +272,7 @@ impl AmbientOcclusion {
             settings.blur = 0;
         }
         let _state = SavedState::save(&gl);
+        gl::check(&gl, SAVING)?;
         let mut ao = AmbientOcclusion {
             radius: settings.radius_read()?,
             // A = 1 without a blur needs none, nor a radius that it would follow from.
@@ -300,11 +305,19 @@ impl AmbientOcclusion {
             let place = ["ao", "blur", "blurred"][i];
             let stencil = match self.surfaces.iter().find(|surface| surface.grid == grid) {
                 Some(surface) => surface.stencil.clone(),
-                None => Arc::new(Renderbuffer::new(&self.gl, place, glow::DEPTH24_STENCIL8, grid.size(), 0)?),
+                None => Arc::new(Renderbuffer::new(
+                    &self.gl,
+                    &format!("{place}: stencil"),
+                    glow::DEPTH24_STENCIL8,
+                    grid.size(),
+                    0,
+                )?),
             };
-            let texture = Texture::new(&self.gl, place, format, grid.size().0, grid.size().1)?;
+            let (width, height) = grid.size();
+            let texture = Texture::new(&self.gl, &format!("{place}: image"), format, width, height)?;
             let attachment = Some((glow::DEPTH_STENCIL_ATTACHMENT, &*stencil));
-            let target = Target::new(&self.gl, place, &[&texture], attachment, grid.size())?;
+            let place = format!("{place}: framebuffer");
+            let target = Target::new(&self.gl, &place, &[&texture], attachment, (width, height))?;
             self.surfaces.push(Surface { grid, texture, target, stencil });
         }
         Ok(())
@@ -335,6 +348,7 @@ impl AmbientOcclusion {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
         let _state = SavedState::save(&gl);
+        gl::check(&gl, SAVING)?;
         inputs.check(&gl, self.size)?;
         if self.settings.method == Method::RayMarch && (inputs.near.is_nan() || inputs.near <= 0.0) {
             return Err(Error::Usage(format!(
@@ -418,13 +432,12 @@ impl AmbientOcclusion {
             let (width, height) = (self.size.0 as usize, self.size.1 as usize);
             let texels = match (&programs.edges, programs.plan.full()) {
                 (Some(_), Some(full)) => {
-                    surfaces[full].target.read_stencil()?.iter().map(|bits| u32::from(*bits) & EDGE != 0).collect()
+                    surfaces[full].target.read_stencil("edges: reading them back")?.iter().map(|bits| u32::from(*bits) & EDGE != 0).collect()
                 }
                 _ => vec![false; width * height],
             };
             kept.edges = Some(Image { width, height, texels });
         }
-        gl::check(&gl, "ambient occlusion")?;
         Ok(kept)
     }
 

@@ -1,7 +1,7 @@
 //! Rectangle textures: unnormalised coordinates, no mipmaps, and the fastest fetch on software drivers. And multisample
 //! ones.
 
-use super::check;
+use super::{check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -62,6 +62,7 @@ impl Format {
 /// A rectangle texture that samples the nearest texel and clamps to the edge.
 pub(crate) struct Texture {
     gl: Arc<glow::Context>,
+    place: String,
     pub(crate) id: glow::Texture,
     pub(crate) format: Format,
     pub(crate) width: u32,
@@ -107,8 +108,8 @@ impl Texture {
         let kind = if floats.is_some() { glow::FLOAT } else { kind };
         // SAFETY: the context is current; `floats` holds as many texels as the size says.
         unsafe {
-            let id = gl.create_texture().map_err(|e| Error::gl(place, e))?;
-            let texture = Texture { gl: gl.clone(), id, format, width, height };
+            let id = gl.create_texture().map_err(|_| not_made(gl, place))?;
+            let texture = Texture { gl: gl.clone(), place: place.into(), id, format, width, height };
             gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(id));
             gl.tex_image_2d(
                 glow::TEXTURE_RECTANGLE,
@@ -137,7 +138,7 @@ impl Texture {
     /// Every texel as floats, as shaders see them, the bottom row first.
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
-        let _packing = DefaultPacking::set(&self.gl, 4);
+        let packing = DefaultPacking::set(&self.gl, 4);
         // SAFETY: the context is current, and `bytes` holds one float for each component that is written, packed
         // tightly: rows of floats are whole multiples of the alignment of 4. glGetTexImage does not clamp signed
         // values, as glReadPixels does.
@@ -151,7 +152,8 @@ impl Texture {
                 glow::PixelPackData::Slice(Some(&mut bytes)),
             );
         }
-        check(&self.gl, "reading a texture back")?;
+        drop(packing);
+        check(&self.gl, &format!("{}: reading it back", self.place))?;
         Ok(bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect())
     }
 }
@@ -217,7 +219,7 @@ impl MultisampleTexture {
         let (internal, width, height) = (format.gl().0 as i32, width as i32, height as i32);
         // SAFETY: the context is current.
         unsafe {
-            let id = gl.create_texture().map_err(|e| Error::gl(place, e))?;
+            let id = gl.create_texture().map_err(|_| not_made(gl, place))?;
             let texture = MultisampleTexture { gl: gl.clone(), id };
             gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(id));
             gl.tex_image_2d_multisample(glow::TEXTURE_2D_MULTISAMPLE, samples as i32, internal, width, height, true);
@@ -226,13 +228,15 @@ impl MultisampleTexture {
         }
     }
 
-    /// How many texels a pixel has: as many as asked for, or more.
-    pub(crate) fn samples(&self) -> u32 {
+    /// How many texels a pixel has: as many as asked for, or more. `place` names it in errors.
+    pub(crate) fn samples(&self, place: &str) -> Result<u32, Error> {
         // SAFETY: the context is current and the texture ours.
-        unsafe {
+        let samples = unsafe {
             self.gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(self.id));
-            self.gl.get_tex_level_parameter_i32(glow::TEXTURE_2D_MULTISAMPLE, 0, glow::TEXTURE_SAMPLES) as u32
-        }
+            self.gl.get_tex_level_parameter_i32(glow::TEXTURE_2D_MULTISAMPLE, 0, glow::TEXTURE_SAMPLES)
+        };
+        check(&self.gl, place)?;
+        Ok(samples as u32)
     }
 }
 
