@@ -3,7 +3,6 @@
 mod plan;
 
 use crate::Error;
-use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::background::Background;
@@ -113,9 +112,6 @@ impl Inputs {
 
 /// Where errors come from that the application made and did not ask for: they would read as ours.
 const PENDING: &str = "an error left by the application before ambient occlusion";
-
-/// Names what is done before the passes.
-const SAVING: &str = "saving the application's state";
 
 /// What is asked of a run beside ambient occlusion itself.
 #[derive(Clone, Copy, Default)]
@@ -271,26 +267,26 @@ impl AmbientOcclusion {
         if matches!(purpose, Purpose::Floor | Purpose::Edges) {
             settings.blur = 0;
         }
-        let _state = SavedState::save(&gl);
-        gl::check(&gl, SAVING)?;
-        let mut ao = AmbientOcclusion {
-            radius: settings.radius_read()?,
-            // A = 1 without a blur needs none, nor a radius that it would follow from.
-            depth_sigma: match (settings.method, purpose) {
-                (Method::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
-                _ => settings.depth_sigma()?,
-            },
-            settings,
-            size,
-            purpose,
-            full_screen: FullScreen::new(&gl)?,
-            surfaces: Vec::new(),
-            last: 0,
-            programs: Vec::new(),
-            gl,
-        };
-        ao.allocate(&Plan::new(&ao.settings, false))?;
-        Ok(ao)
+        gl::with_state_saved(&gl.clone(), || {
+            let mut ao = AmbientOcclusion {
+                radius: settings.radius_read()?,
+                // A = 1 without a blur needs none, nor a radius that it would follow from.
+                depth_sigma: match (settings.method, purpose) {
+                    (Method::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
+                    _ => settings.depth_sigma()?,
+                },
+                settings,
+                size,
+                purpose,
+                full_screen: FullScreen::new(&gl)?,
+                surfaces: Vec::new(),
+                last: 0,
+                programs: Vec::new(),
+                gl,
+            };
+            ao.allocate(&Plan::new(&ao.settings, false))?;
+            Ok(ao)
+        })
     }
 
     /// Makes the surfaces of a plan that are not there yet. Plans for the same settings begin alike.
@@ -347,8 +343,11 @@ impl AmbientOcclusion {
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
-        let _state = SavedState::save(&gl);
-        gl::check(&gl, SAVING)?;
+        gl::with_state_saved(&gl, || self.passes(inputs, timers, extras))
+    }
+
+    fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
+        let gl = self.gl.clone();
         inputs.check(&gl, self.size)?;
         if self.settings.method == Method::RayMarch && (inputs.near.is_nan() || inputs.near <= 0.0) {
             return Err(Error::Usage(format!(
@@ -431,9 +430,12 @@ impl AmbientOcclusion {
         if extras.edges {
             let (width, height) = (self.size.0 as usize, self.size.1 as usize);
             let texels = match (&programs.edges, programs.plan.full()) {
-                (Some(_), Some(full)) => {
-                    surfaces[full].target.read_stencil("edges: reading them back")?.iter().map(|bits| u32::from(*bits) & EDGE != 0).collect()
-                }
+                (Some(_), Some(full)) => surfaces[full]
+                    .target
+                    .read_stencil("edges: reading them back")?
+                    .iter()
+                    .map(|bits| u32::from(*bits) & EDGE != 0)
+                    .collect(),
                 _ => vec![false; width * height],
             };
             kept.edges = Some(Image { width, height, texels });

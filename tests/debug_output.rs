@@ -6,7 +6,9 @@ mod rig;
 use glow::HasContext as _;
 use hbao::context::{Backend, Context};
 use hbao::settings::{AoFormat, DepthFormat, NormalFormat};
-use hbao::{AmbientOcclusion, Apply, Format, NormalEncoding, Pipeline, Request, Settings, TextureTarget, format_renders};
+use hbao::{
+    AmbientOcclusion, Apply, Format, NormalEncoding, Pipeline, Request, Settings, TextureTarget, format_renders,
+};
 use rig::by_hand::{Textures, perspective, plane};
 use rig::debug::{Message, watch};
 use rig::process::in_own_process;
@@ -100,7 +102,8 @@ fn llvmpipe_by_osmesa_has_nothing_against_it() {
 
 #[test]
 fn zink_has_nothing_against_it_where_it_is_installed() {
-    let environment = [("MESA_LOADER_DRIVER_OVERRIDE", OsStr::new("zink")), ("LIBGL_ALWAYS_SOFTWARE", OsStr::new("true"))];
+    let environment =
+        [("MESA_LOADER_DRIVER_OVERRIDE", OsStr::new("zink")), ("LIBGL_ALWAYS_SOFTWARE", OsStr::new("true"))];
     in_own_process("zink_has_nothing_against_it_where_it_is_installed", &environment, || {
         match Context::open(Backend::Egl) {
             Ok(context) if context.describe().contains("zink") => drop(context),

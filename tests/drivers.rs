@@ -181,5 +181,18 @@ fn softpipe_takes_as_many_directions_and_steps_as_it_unrolls() {
 #[test]
 fn drivers_differ_by_what_is_known_and_each_matches_its_twins() {
     let Some(all) = table::compared("drivers_differ_by_what_is_known_and_each_matches_its_twins") else { return };
-    println!("{}\n{}", table::table(&all), table::places(&all));
+    println!("\n{}", table::table(&all));
+    let mut complaints = Vec::new();
+    for (driver, found) in &all {
+        match found {
+            Some(found) => complaints.extend(driver.complaints(found)),
+            None => rig::process::skip(driver.name, "mesa-vulkan-drivers"),
+        }
+    }
+    assert!(complaints.is_empty(), "{complaints:#?}");
+}
+
+#[test]
+fn one_texel_that_differs_is_found_and_held_against_a_driver() {
+    table::find_a_planted_difference();
 }

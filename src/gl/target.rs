@@ -112,22 +112,16 @@ impl Target {
     /// The stencil's value of each pixel, the bottom row first. `place` names what they are in errors.
     pub(crate) fn read_stencil(&self, place: &str) -> Result<Vec<u8>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize];
-        let packing = DefaultPacking::set(&self.gl, 1);
-        // SAFETY: the context is current, and `bytes` holds a byte for each pixel, packed without gaps.
-        unsafe {
-            self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id));
-            self.gl.read_pixels(
-                0,
-                0,
-                self.width as i32,
-                self.height as i32,
-                glow::STENCIL_INDEX,
-                glow::UNSIGNED_BYTE,
-                glow::PixelPackData::Slice(Some(&mut bytes)),
-            );
-        }
-        drop(packing);
-        check(&self.gl, place)?;
+        // SAFETY: the context is current and the framebuffer ours, and bound and packed as said, or it is not read. `bytes`
+        // holds a byte for each pixel, packed without gaps.
+        let bind = || unsafe { self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id)) };
+        let (width, height) = (self.width as i32, self.height as i32);
+        // SAFETY: as above.
+        let read = || unsafe {
+            let into = glow::PixelPackData::Slice(Some(&mut bytes));
+            self.gl.read_pixels(0, 0, width, height, glow::STENCIL_INDEX, glow::UNSIGNED_BYTE, into);
+        };
+        DefaultPacking::around(&self.gl, place, 1, bind, read)?;
         Ok(bytes)
     }
 

@@ -138,22 +138,18 @@ impl Texture {
     /// Every texel as floats, as shaders see them, the bottom row first.
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
-        let packing = DefaultPacking::set(&self.gl, 4);
-        // SAFETY: the context is current, and `bytes` holds one float for each component that is written, packed
-        // tightly: rows of floats are whole multiples of the alignment of 4. glGetTexImage does not clamp signed
-        // values, as glReadPixels does.
-        unsafe {
-            self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id));
-            self.gl.get_tex_image(
-                glow::TEXTURE_RECTANGLE,
-                0,
-                self.format.gl().1,
-                glow::FLOAT,
-                glow::PixelPackData::Slice(Some(&mut bytes)),
-            );
-        }
-        drop(packing);
-        check(&self.gl, &format!("{}: reading it back", self.place))?;
+        let place = format!("{}: reading it back", self.place);
+        // SAFETY: the context is current, the texture ours, and bound and packed as said, or it is not read. `bytes`
+        // holds one float for each component that is written, packed tightly: rows of floats are whole multiples of the
+        // alignment of 4. glGetTexImage does not clamp signed values, as glReadPixels does.
+        let bind = || unsafe { self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id)) };
+        let format = self.format.gl().1;
+        // SAFETY: as above.
+        let read = || unsafe {
+            let into = glow::PixelPackData::Slice(Some(&mut bytes));
+            self.gl.get_tex_image(glow::TEXTURE_RECTANGLE, 0, format, glow::FLOAT, into);
+        };
+        DefaultPacking::around(&self.gl, &place, 4, bind, read)?;
         Ok(bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect())
     }
 }
@@ -176,7 +172,27 @@ pub(super) struct DefaultPacking<'a> {
 }
 
 impl DefaultPacking<'_> {
-    pub(super) fn set(gl: &glow::Context, alignment: i32) -> DefaultPacking<'_> {
+    /// Reads pixels back, of what `bind` binds. Where OpenGL refuses that, or how they are to be packed, they are not read:
+    /// another image, or another way to pack it, would reach past the memory made for this one.
+    pub(super) fn around(
+        gl: &glow::Context,
+        place: &str,
+        alignment: i32,
+        bind: impl FnOnce(),
+        read: impl FnOnce(),
+    ) -> Result<(), Error> {
+        let packing = DefaultPacking::set(gl, alignment);
+        bind();
+        let bound = check(gl, place);
+        if bound.is_ok() {
+            read();
+        }
+        drop(packing);
+        // Both are asked, so that no error is left for what comes next.
+        bound.and(check(gl, place))
+    }
+
+    fn set(gl: &glow::Context, alignment: i32) -> DefaultPacking<'_> {
         // SAFETY: the context is current, and these are core parameters of one value.
         unsafe {
             let buffer = gl.get_parameter_buffer(glow::PIXEL_PACK_BUFFER_BINDING);

@@ -122,7 +122,8 @@ impl Multisample {
         let normals = texture("gbuffer: normal samples", formats[2])?;
         let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, asked)?;
         let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
-        let target = Target::new(gl, "gbuffer: framebuffer of samples", &[&colour, &depth, &normals], attachment, size)?;
+        let target =
+            Target::new(gl, "gbuffer: framebuffer of samples", &[&colour, &depth, &normals], attachment, size)?;
         Ok(([colour, depth, normals], depth_buffer, target))
     }
 }

@@ -421,7 +421,8 @@ pub struct Told {
 pub fn run<T>(gl: &glow::Context, fault: Option<Fault>, run: impl FnOnce() -> T) -> (T, Told) {
     let before = DRIVER.with_borrow_mut(|driver| {
         let objects = std::mem::take(&mut driver.objects);
-        *driver = Driver { real: std::mem::take(&mut driver.real), objects: objects.clone(), fault, ..Driver::default() };
+        *driver =
+            Driver { real: std::mem::take(&mut driver.real), objects: objects.clone(), fault, ..Driver::default() };
         objects
     });
     let result = run();
