@@ -24,7 +24,7 @@ fn settings() -> Vec<Settings> {
     for ao_format in [AoFormat::R8, AoFormat::R16f, AoFormat::R32f] {
         for normal_format in [NormalFormat::Rgba8Snorm, NormalFormat::Rgba16f] {
             for depth_format in [DepthFormat::R32f, DepthFormat::R16f] {
-                let msaa = if all.len() % 2 == 0 { 1 } else { 4 };
+                let msaa = if all.len().is_multiple_of(2) { 1 } else { 4 };
                 let base = Settings { directions: 2, steps: 2, blur: 3, ..all[0].clone() };
                 all.push(Settings { ao_format, normal_format, depth_format, msaa, ..base });
             }
@@ -62,19 +62,14 @@ fn use_all_of(context: &Context) {
     }
 }
 
-/// What is said without being severe, by how often.
-fn told(messages: &[Message]) -> BTreeMap<String, usize> {
-    let mut told = BTreeMap::new();
-    for message in messages {
-        let severity = match message.severity {
-            glow::DEBUG_SEVERITY_HIGH => "high",
-            glow::DEBUG_SEVERITY_MEDIUM => "medium",
-            glow::DEBUG_SEVERITY_LOW => "low",
-            _ => "notice",
-        };
-        *told.entry(format!("{severity}, kind 0x{:x}: {}", message.kind, message.text)).or_default() += 1;
+/// What is said of low severity, by how often: hints at what costs. softpipe's notices count the instructions of every
+/// shader, which is nobody's fault.
+fn hints(messages: &[Message]) -> BTreeMap<&str, usize> {
+    let mut hints = BTreeMap::new();
+    for message in messages.iter().filter(|message| message.severity == glow::DEBUG_SEVERITY_LOW) {
+        *hints.entry(message.text.as_str()).or_default() += 1;
     }
-    told
+    hints
 }
 
 fn hold(backend: Backend) {
@@ -83,7 +78,7 @@ fn hold(backend: Backend) {
     assert!(watch.listens(), "{} has no debug output", context.describe());
     use_all_of(&context);
     let messages = watch.messages();
-    for (text, count) in told(&messages) {
+    for (text, count) in hints(&messages) {
         println!("{}: {count} x {text}", context.describe());
     }
     let severe: Vec<&Message> = messages.iter().filter(|message| message.is_severe()).collect();

@@ -29,10 +29,12 @@ struct Images {
     samples: u32,
 }
 
+type Run = Box<dyn Fn(&Arc<glow::Context>) -> Result<Images, Error>>;
+
 /// Something that renders, from an empty context to images and back.
 struct Scenario {
     name: &'static str,
-    run: Box<dyn Fn(&Arc<glow::Context>) -> Result<Images, Error>>,
+    run: Run,
     /// What it may give where the driver does less than was asked for.
     lesser: Vec<Images>,
 }
