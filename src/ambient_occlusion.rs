@@ -3,6 +3,7 @@
 mod plan;
 
 use crate::Error;
+use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::background::Background;
@@ -212,9 +213,13 @@ impl Programs {
 
 /// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
 ///
-/// All OpenGL state that it touches is put back: what is tested, masked and blended, the stencil, the viewport, the
-/// program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are unpacked.
-/// It needs OpenGL 3.3 core and no extension.
+/// All OpenGL state that it touches is put back, after an error too: what is tested, masked and blended, the stencil, the
+/// viewport, the program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are
+/// unpacked. It needs OpenGL 3.3 core and no extension; state that later versions add is not looked at.
+///
+/// Some of what may be under way OpenGL 3.3 can neither pause nor report. Transform feedback is refused. Conditional
+/// rendering would discard passes: end it first. Queries of samples, primitives and time count the passes too. And a
+/// program that was deleted while in use is gone, as with any change of program.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,
@@ -267,7 +272,8 @@ impl AmbientOcclusion {
         if matches!(purpose, Purpose::Floor | Purpose::Edges) {
             settings.blur = 0;
         }
-        gl::with_state_saved(&gl.clone(), || {
+        let state = SavedState::save(&gl, None)?;
+        state.put_back_after(&gl.clone(), || {
             let mut ao = AmbientOcclusion {
                 radius: settings.radius_read()?,
                 // A = 1 without a blur needs none, nor a radius that it would follow from.
@@ -298,22 +304,15 @@ impl AmbientOcclusion {
         };
         for (i, &scale) in plan.scales.iter().enumerate().skip(self.surfaces.len()) {
             let grid = Grid { full: self.size, scale };
-            let place = ["ao", "blur", "blurred"][i];
+            let (gl, size) = (&self.gl, grid.size());
+            let place = |object| format!("{}: {object}", ["ao", "blur", "blurred"][i]);
             let stencil = match self.surfaces.iter().find(|surface| surface.grid == grid) {
                 Some(surface) => surface.stencil.clone(),
-                None => Arc::new(Renderbuffer::new(
-                    &self.gl,
-                    &format!("{place}: stencil"),
-                    glow::DEPTH24_STENCIL8,
-                    grid.size(),
-                    0,
-                )?),
+                None => Arc::new(Renderbuffer::new(gl, &place("stencil"), glow::DEPTH24_STENCIL8, size, 0)?),
             };
-            let (width, height) = grid.size();
-            let texture = Texture::new(&self.gl, &format!("{place}: image"), format, width, height)?;
+            let texture = Texture::new(gl, &place("image"), format, size.0, size.1)?;
             let attachment = Some((glow::DEPTH_STENCIL_ATTACHMENT, &*stencil));
-            let place = format!("{place}: framebuffer");
-            let target = Target::new(&self.gl, &place, &[&texture], attachment, (width, height))?;
+            let target = Target::new(gl, &place("framebuffer"), &[&texture], attachment, size)?;
             self.surfaces.push(Surface { grid, texture, target, stencil });
         }
         Ok(())
@@ -343,7 +342,8 @@ impl AmbientOcclusion {
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
-        gl::with_state_saved(&gl, || self.passes(inputs, timers, extras))
+        let state = SavedState::save(&gl, self.surfaces.first().map(|surface| &surface.target))?;
+        state.put_back_after(&gl, || self.passes(inputs, timers, extras))
     }
 
     fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {

@@ -350,6 +350,8 @@ fn places(bench: &Bench, scenario: &Scenario, entry: &'static str) -> Vec<String
     places
 }
 
+/// Putting the program in use again is how transform feedback shows, which is told as that.
+const SAVING: &str = "ambient occlusion";
 const PUT_BACK: &str = "putting the application's state back";
 
 /// The passes in their order, each by what it draws, and every image and buffer: of everything with four samples, and of
@@ -366,9 +368,11 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
         "glUseProgram",
         &[
             "probe",
+            SAVING,
             PUT_BACK,
             "gbuffer",
             "resolve",
+            SAVING,
             "background",
             "ao",
             "edges",
@@ -379,7 +383,7 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
             "composite",
             "resolve",
         ],
-        &["probe", PUT_BACK, "gbuffer", "background", "half_depth", "ao", "blur_full", PUT_BACK],
+        &["probe", SAVING, PUT_BACK, "gbuffer", SAVING, "background", "half_depth", "ao", "blur_full", PUT_BACK],
     ),
     (
         "glTexImage2D",

@@ -9,9 +9,7 @@ use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{Jitter, Method, Radius, SsaoDepth, SsaoRotation, Toggle};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
-use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::Rng as _;
-use rig::by_hand::{ByHand, Textures, orthographic, perspective, read_red, slope};
+use rig::by_hand::{ByHand, Textures, orthographic, perspective, read_red, rubble, slope};
 use rig::{SIZE, everywhere, hold, twin};
 
 /// What single precision leaves of a share of samples.
@@ -382,23 +380,6 @@ fn radius_directions_steps_and_strength_change_nothing() {
     let other = Settings { radius: Radius::Units(77.0), directions: 3, steps: 5, strength: 4.0, ..plain() };
     assert_eq!(view.by_shader(context.gl(), &plain()), view.by_shader(context.gl(), &other));
     assert_eq!(view.by_twin(&plain()), view.by_twin(&other));
-}
-
-/// Depths of a range's powers under random normals, with background among them; some normals are zero.
-fn rubble(size: (u32, u32), projection: Projection, seed: u128, depths: std::ops::Range<f64>) -> ByHand {
-    let mut random = Pcg64Mcg::new(seed);
-    let mut unit = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-    let (width, height) = (size.0 as usize, size.1 as usize);
-    // At least a pixel is covered.
-    let depth = Image::from_fn(width, height, |x, _| {
-        let z = depths.start * (depths.end / depths.start).powf(unit());
-        if x > 0 && unit() < 0.05 { f32::INFINITY } else { z as f32 }
-    });
-    let normals = Image::from_fn(width, height, |_, _| {
-        let n = DVec3::new(2.0 * unit() - 1.0, 2.0 * unit() - 1.0, 2.0 * unit() - 1.7);
-        if unit() < 0.1 { [0.0; 3] } else { n.as_vec3().to_array() }
-    });
-    ByHand { depth, normals, projection }
 }
 
 #[test]

@@ -169,9 +169,12 @@ fn decides_edges(flag: &str, settings: &Settings) -> bool {
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
-    // Lives longer than what is staged inside it.
-    let made = wanted.dump.as_deref().map(MadeFolder::ensure).transpose()?;
-    Outputs::check(wanted.paths())?;
+    let folder = || wanted.dump.as_deref().map(MadeFolder::ensure).transpose();
+    {
+        // Gone again at once, so that an interrupt while rendering leaves no empty folder.
+        let _rehearsal = folder()?;
+        Outputs::check(wanted.paths())?;
+    }
 
     let Opened { scene, settings, camera, notices } = flags.open()?;
 
@@ -218,6 +221,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             (path, timings(&context, flags.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
         }),
     );
+    // Lives longer than what is staged inside it.
+    let made = folder()?;
     let mut outputs = Outputs::new();
     files.iter().try_for_each(|(path, bytes)| outputs.stage(path, bytes))?;
     outputs.commit()?;

@@ -8,7 +8,6 @@ pub(crate) mod timer;
 
 use crate::Error;
 use glow::HasContext;
-use std::sync::Arc;
 
 pub(crate) use program::{Defines, Program, Source, source};
 pub(crate) use target::{Renderbuffer, Target};
@@ -46,18 +45,6 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
             },
         )),
     }
-}
-
-/// Runs passes with the caller's state saved, and put back after them. What OpenGL has against either is told as that, and
-/// neither in a pass's name nor, by the next run, in the application's.
-pub(crate) fn with_state_saved<T>(gl: &Arc<glow::Context>, run: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    let state = state::SavedState::save(gl);
-    let result = check(gl, "saving the application's state").and_then(|()| run());
-    drop(state);
-    let put_back = check(gl, "putting the application's state back");
-    let value = result?;
-    put_back?;
-    Ok(value)
 }
 
 /// Why no object was made, of the flag that OpenGL may have left or may not.

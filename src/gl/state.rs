@@ -1,5 +1,7 @@
 //! The caller's OpenGL state, saved and put back around passes that run in somebody else's context.
 
+use super::{Target, check};
+use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -43,6 +45,35 @@ struct Stencil {
     pass: u32,
 }
 
+impl Stencil {
+    /// Front and back. A framebuffer with a stencil must be bound: OpenGL reports the reference within the range of the
+    /// one drawn to, which is 0 where there is none, and not as it was set.
+    fn both(gl: &glow::Context) -> [Stencil; 2] {
+        // SAFETY: the context is current, and these are core parameters of one value.
+        let int = |parameter| unsafe { gl.get_parameter_i32(parameter) };
+        let mask = |parameter| int(parameter) as u32;
+        let front = Stencil {
+            func: mask(glow::STENCIL_FUNC),
+            reference: int(glow::STENCIL_REF),
+            value_mask: mask(glow::STENCIL_VALUE_MASK),
+            write_mask: mask(glow::STENCIL_WRITEMASK),
+            fail: mask(glow::STENCIL_FAIL),
+            depth_fail: mask(glow::STENCIL_PASS_DEPTH_FAIL),
+            pass: mask(glow::STENCIL_PASS_DEPTH_PASS),
+        };
+        let back = Stencil {
+            func: mask(glow::STENCIL_BACK_FUNC),
+            reference: int(glow::STENCIL_BACK_REF),
+            value_mask: mask(glow::STENCIL_BACK_VALUE_MASK),
+            write_mask: mask(glow::STENCIL_BACK_WRITEMASK),
+            fail: mask(glow::STENCIL_BACK_FAIL),
+            depth_fail: mask(glow::STENCIL_BACK_PASS_DEPTH_FAIL),
+            pass: mask(glow::STENCIL_BACK_PASS_DEPTH_PASS),
+        };
+        [front, back]
+    }
+}
+
 /// One texture unit's bindings.
 #[derive(Clone, Copy)]
 struct Unit {
@@ -59,7 +90,8 @@ pub(crate) struct SavedState {
     blend: bool,
     colour_mask: [bool; 4],
     depth_mask: bool,
-    stencil: [Stencil; 2],
+    /// Front and back, where it was to be saved.
+    stencil: Option<[Stencil; 2]>,
     viewport: [i32; 4],
     polygon_mode: u32,
     program: Option<glow::Program>,
@@ -83,8 +115,19 @@ const UNPACK: [u32; 6] = [
 ];
 
 impl SavedState {
-    /// Saves the caller's state and sets what every full-screen pass expects: nothing tested, masked or blended.
-    pub(crate) fn save(gl: &Arc<glow::Context>) -> SavedState {
+    /// Saves the caller's state and sets what every full-screen pass expects: nothing tested, masked or blended. The
+    /// stencil's parameters are saved where one will be used: by a target that has one.
+    ///
+    /// # Errors
+    /// Where transform feedback is under way. No error may be pending.
+    pub(crate) fn save(gl: &Arc<glow::Context>, stencil: Option<&Target>) -> Result<SavedState, Error> {
+        // OpenGL 3.3 can neither pause transform feedback nor report it; but while it captures, no program can be put in
+        // use, the one in use included.
+        // SAFETY: the context is current.
+        unsafe { gl.use_program(gl.get_parameter_program(glow::CURRENT_PROGRAM)) };
+        if check(gl, "program").is_err() {
+            return Err(Error::gl("ambient occlusion", "transform feedback is under way: end it first"));
+        }
         // SAFETY: the context is current, and each parameter is core with as many values as asked for.
         unsafe {
             let int = |parameter| gl.get_parameter_i32(parameter);
@@ -94,24 +137,6 @@ impl SavedState {
             // Mesa writes two values in some contexts: front and back.
             let mut polygon_mode = [0; 2];
             gl.get_parameter_i32_slice(glow::POLYGON_MODE, &mut polygon_mode);
-            let front = Stencil {
-                func: mask(glow::STENCIL_FUNC),
-                reference: int(glow::STENCIL_REF),
-                value_mask: mask(glow::STENCIL_VALUE_MASK),
-                write_mask: mask(glow::STENCIL_WRITEMASK),
-                fail: mask(glow::STENCIL_FAIL),
-                depth_fail: mask(glow::STENCIL_PASS_DEPTH_FAIL),
-                pass: mask(glow::STENCIL_PASS_DEPTH_PASS),
-            };
-            let back = Stencil {
-                func: mask(glow::STENCIL_BACK_FUNC),
-                reference: int(glow::STENCIL_BACK_REF),
-                value_mask: mask(glow::STENCIL_BACK_VALUE_MASK),
-                write_mask: mask(glow::STENCIL_BACK_WRITEMASK),
-                fail: mask(glow::STENCIL_BACK_FAIL),
-                depth_fail: mask(glow::STENCIL_BACK_PASS_DEPTH_FAIL),
-                pass: mask(glow::STENCIL_BACK_PASS_DEPTH_PASS),
-            };
             let active_unit = mask(glow::ACTIVE_TEXTURE);
             let units = std::array::from_fn(|unit| {
                 gl.active_texture(glow::TEXTURE0 + unit as u32);
@@ -122,13 +147,14 @@ impl SavedState {
                     sampler: gl.get_parameter_sampler(glow::SAMPLER_BINDING),
                 }
             });
-            let saved = SavedState {
+            let mut saved = SavedState {
                 gl: gl.clone(),
                 switches: SWITCHES.map(|switch| gl.is_enabled(switch)),
-                blend: gl.is_enabled(glow::BLEND),
+                // Not glIsEnabled: Mesa's threaded calls do not see there what glEnablei has set.
+                blend: gl.get_parameter_indexed_i32(glow::BLEND, 0) != 0,
                 colour_mask: gl.get_parameter_bool_array(glow::COLOR_WRITEMASK),
                 depth_mask: gl.get_parameter_bool(glow::DEPTH_WRITEMASK),
-                stencil: [front, back],
+                stencil: None,
                 viewport,
                 polygon_mode: polygon_mode[0] as u32,
                 program: gl.get_parameter_program(glow::CURRENT_PROGRAM),
@@ -141,6 +167,10 @@ impl SavedState {
                 active_unit,
                 units,
             };
+            if let Some(target) = stencil {
+                target.bind();
+                saved.stencil = Some(Stencil::both(gl));
+            }
             SWITCHES.iter().for_each(|&switch| gl.disable(switch));
             gl.disable_draw_buffer(glow::BLEND, 0);
             gl.color_mask_draw_buffer(0, true, true, true, true);
@@ -150,8 +180,25 @@ impl SavedState {
             for (parameter, value) in UNPACK.into_iter().zip([4, 0, 0, 0, 0, 0]) {
                 gl.pixel_store_i32(parameter, value);
             }
-            saved
+            Ok(saved)
         }
+    }
+}
+
+impl SavedState {
+    /// Runs passes, and puts the state back after them, an error or not. What OpenGL has against either is told as that, and
+    /// neither in a pass's name nor, by the next run, in the application's.
+    pub(crate) fn put_back_after<T>(
+        self,
+        gl: &glow::Context,
+        run: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let result = check(gl, "saving the application's state").and_then(|()| run());
+        drop(self);
+        let put_back = check(gl, "putting the application's state back");
+        let value = result?;
+        put_back?;
+        Ok(value)
     }
 }
 
@@ -181,7 +228,7 @@ impl Drop for SavedState {
             gl.polygon_mode(glow::FRONT_AND_BACK, self.polygon_mode);
             let [x, y, width, height] = self.viewport;
             gl.viewport(x, y, width, height);
-            for (face, stencil) in [glow::FRONT, glow::BACK].into_iter().zip(self.stencil) {
+            for (face, stencil) in [glow::FRONT, glow::BACK].into_iter().zip(self.stencil.into_iter().flatten()) {
                 gl.stencil_func_separate(face, stencil.func, stencil.reference, stencil.value_mask);
                 gl.stencil_mask_separate(face, stencil.write_mask);
                 gl.stencil_op_separate(face, stencil.fail, stencil.depth_fail, stencil.pass);

@@ -7,12 +7,15 @@ use hbao::reference;
 use hbao::rotation_tile;
 use hbao::scene::Projection;
 use hbao::{AmbientOcclusion, BACKGROUND_R32F, Inputs, NormalEncoding, Settings, TextureRef, TextureTarget};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng as _;
 use std::sync::Arc;
 
 /// Nearer than any of their surfaces.
 const NEAR: f64 = 0.01;
 
 /// A view of a made-up surface.
+#[derive(Clone)]
 pub struct ByHand {
     /// Infinite on background.
     pub depth: Image<f32>,
@@ -213,4 +216,21 @@ pub fn pit(rim: f64) -> ByHand {
         _ => 0.0,
     };
     heights((size, size), height, |_, _| [0.0; 2])
+}
+
+/// Depths of a range's powers under random normals, with background among them; some normals are zero.
+pub fn rubble(size: (u32, u32), projection: Projection, seed: u128, depths: std::ops::Range<f64>) -> ByHand {
+    let mut random = Pcg64Mcg::new(seed);
+    let mut unit = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let (width, height) = (size.0 as usize, size.1 as usize);
+    // At least a pixel is covered.
+    let depth = Image::from_fn(width, height, |x, _| {
+        let z = depths.start * (depths.end / depths.start).powf(unit());
+        if x > 0 && unit() < 0.05 { f32::INFINITY } else { z as f32 }
+    });
+    let normals = Image::from_fn(width, height, |_, _| {
+        let n = DVec3::new(2.0 * unit() - 1.0, 2.0 * unit() - 1.0, 2.0 * unit() - 1.7);
+        if unit() < 0.1 { [0.0; 3] } else { n.as_vec3().to_array() }
+    });
+    ByHand { depth, normals, projection }
 }

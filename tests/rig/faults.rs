@@ -158,6 +158,7 @@ entry_points! {
     glFramebufferTexture2D(target: u32, attachment: u32, kind: u32, texture: u32, level: i32);
     glGetAttribLocation(program: u32, name: usize) -> i32 => -1;
     glGetBooleanv(parameter: u32, values: usize);
+    glGetIntegeri_v(parameter: u32, number: u32, values: usize);
     glGetIntegerv(parameter: u32, values: usize);
     glGetProgramInfoLog(program: u32, size: i32, length: usize, log: usize);
     glGetShaderInfoLog(shader: u32, size: i32, length: usize, log: usize);

@@ -8,6 +8,7 @@ pub mod debug;
 pub mod faults;
 pub mod process;
 pub mod scenes;
+pub mod surfaces;
 pub mod twin;
 
 pub use compare::{Limits, compare, everywhere, hold};

@@ -11,7 +11,7 @@ pub struct Shot {
     pub view: View,
     pub radius: f64,
     /// How high the picture is when it is orthographic.
-    height: f64,
+    pub height: f64,
 }
 
 impl Shot {

@@ -74,8 +74,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     if let Some(models) = models.as_ref().filter(|models| !models.is_dir()) {
         return Err(Error::Usage(format!("--models {}: no such folder", models.display())));
     }
-    let made = MadeFolder::ensure(&output)?;
-    Outputs::check([output.join(PAGE), output.join(FIGURES)])?;
+    {
+        // Gone again at once, so that an interrupt in the minutes to come leaves no empty folder.
+        let _rehearsal = MadeFolder::ensure(&output)?;
+        Outputs::check([output.join(PAGE), output.join(FIGURES)])?;
+    }
 
     let start = Instant::now();
     let context = Context::open(backend)?;
@@ -131,6 +134,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         ("took", format!("{:.0} s", start.elapsed().as_secs_f64())),
     ];
 
+    let made = MadeFolder::ensure(&output)?;
     let mut outputs = Outputs::new();
     for figure in report.measures.iter().chain(&report.figures) {
         figure.pictures.iter().try_for_each(|picture| outputs.stage(output.join(&picture.file), &picture.png))?;

@@ -1,0 +1,117 @@
+//! Depth and normals that a G-buffer holds against those of rays, wherever a ray is sure of what it sees.
+
+use super::Image;
+use glam::{DVec3, Vec3};
+use hbao::reference::gbuffer::gbuffer;
+use hbao::scene::{Camera, Mesh, Projection};
+use hbao::settings::Normals;
+
+/// By how much of a pixel the rays about a sample are moved: the rasteriser's vertices lie on a grid of 256 to a pixel.
+const SURE: f64 = 0.01;
+
+/// Of the interpolated position, as a share of the farthest vertex: llvmpipe's are within half of it, in a million
+/// pixels of which most lie on triangles cut off at a plane near the eye.
+const INTERPOLATED: f64 = 1e-5;
+
+/// What is compared.
+pub struct Surfaces<'a> {
+    pub depth: &'a Image<f32>,
+    /// Of 8 bits or more.
+    pub normals: &'a Image<[f32; 3]>,
+    pub mesh: &'a Mesh,
+    pub camera: &'a Camera,
+    pub by: Normals,
+    /// Where a pixel's sample lies, from its centre.
+    pub sample: [f64; 2],
+}
+
+impl Surfaces<'_> {
+    /// Compares the pixels that see one triangle, or none, wherever within a hundredth of a pixel their sample lies, and
+    /// says how many surfaces these are; otherwise what differs.
+    pub fn compare(&self) -> Result<usize, String> {
+        let size = (self.depth.width, self.depth.height);
+        let [x, y] = self.sample;
+        let around = [[0.0, 0.0], [-SURE, -SURE], [SURE, -SURE], [-SURE, SURE], [SURE, SURE]];
+        let rays = |by, [dx, dy]: [f64; 2]| gbuffer(self.mesh, self.camera, size, by, [x + dx, y + dy]);
+        let planes = around.map(|moved| rays(Normals::Derivative, moved));
+        let smooth = (self.by == Normals::Vertex).then(|| rays(Normals::Vertex, around[0]));
+        let reach = self.mesh.positions.iter().map(|p| p.distance(self.camera.eye)).fold(0.0, f64::max);
+        let mut compared = 0;
+        for (i, expected) in planes[0].texels.iter().enumerate() {
+            let at = (i % size.0, i / size.0);
+            if planes.iter().any(|plane| plane.texels[i] != *expected) {
+                continue;
+            }
+            let (z, n) = (f64::from(self.depth.texels[i]), Vec3::from(self.normals.texels[i]).as_dvec3());
+            let (u, v) = ((at.0 as f64 + 0.5) / size.0 as f64, (at.1 as f64 + 0.5) / size.1 as f64);
+            let (start, r) = self.camera.ray(u, v);
+            // Of the triangle's plane, float32 knows how far it is from the eye by a share of the farthest vertex.
+            let relative_allowed = match expected.depth.is_finite() {
+                true => 1e-6 + INTERPOLATED * reach / (expected.depth * expected.normal.dot(r).abs()),
+                false => 0.0,
+            };
+            // Where that is nothing to speak of, the rasteriser may not even find the pixel.
+            if relative_allowed > 0.01 {
+                continue;
+            }
+            if z.is_finite() != expected.depth.is_finite() {
+                return Err(format!("depth is {z} at {at:?}, where rays meet {}", expected.depth));
+            }
+            if z.is_infinite() {
+                continue;
+            }
+            compared += 1;
+            let position = start + expected.depth * r;
+            let relative = (z / expected.depth - 1.0).abs();
+            let normal = smooth.as_ref().map_or(expected.normal, |smooth| smooth.texels[i].normal);
+            let degrees = n.cross(normal).length().atan2(n.dot(normal)).to_degrees();
+            // A normal by derivatives is told from two positions a pixel apart, each rounded to 2^-24.
+            let [x, y] = self.footprint(size, expected.depth);
+            let degrees_allowed = 0.5 + (10.0 * 6e-8 * position.length() / x.min(y)).to_degrees();
+            if (relative > relative_allowed || degrees > degrees_allowed)
+                && !self.meets_another(at, z, relative_allowed, (position, expected.normal))
+            {
+                return Err(format!(
+                    "depth {z} at {at:?} is off {} by {relative:e}, of {relative_allowed:e} allowed, and the normal {n} off \
+                     {normal} by {degrees} degrees, of {degrees_allowed}",
+                    expected.depth
+                ));
+            }
+        }
+        Ok(compared)
+    }
+
+    /// Whether depth z is that of another triangle's plane, which within a hundredth of a pixel of the sample is as near
+    /// as the one seen: where two cross, and one of them is seen nearly edge-on.
+    fn meets_another(&self, at: (usize, usize), z: f64, allowed: f64, (position, normal): (DVec3, DVec3)) -> bool {
+        let size = [self.depth.width as f64, self.depth.height as f64];
+        let ray = |[dx, dy]: [f64; 2]| {
+            self.camera.ray((at.0 as f64 + 0.5 + dx) / size[0], (at.1 as f64 + 0.5 + dy) / size[1])
+        };
+        // From the least to the greatest depth of the plane through `point` about the sample.
+        let about = |point: DVec3, normal: DVec3| {
+            let depths = [[-SURE, -SURE], [SURE, -SURE], [-SURE, SURE], [SURE, SURE]].map(|[dx, dy]| {
+                let (start, r) = ray([self.sample[0] + dx, self.sample[1] + dy]);
+                (point - start).dot(normal) / r.dot(normal)
+            });
+            depths.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
+        };
+        let seen = about(position, normal);
+        self.mesh.triangles.iter().any(|triangle| {
+            let [a, b, c] = triangle.map(|i| self.camera.to_eye(self.mesh.positions[i as usize]));
+            let normal = (b - a).cross(c - a);
+            let (start, r) = ray([0.0; 2]);
+            let (low, high) = about(a, normal);
+            ((a - start).dot(normal) / r.dot(normal) / z - 1.0).abs() <= allowed && low <= seen.1 && high >= seen.0
+        })
+    }
+
+    /// A pixel's width and height at depth z.
+    fn footprint(&self, size: (usize, usize), z: f64) -> [f64; 2] {
+        let half = match self.camera.projection {
+            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => [z * tan_half_fov_x, z * tan_half_fov_y],
+            Projection::Orthographic { half_width, half_height } => [half_width, half_height],
+        };
+        [2.0 * half[0] / size.0 as f64, 2.0 * half[1] / size.1 as f64]
+    }
+}
