@@ -80,6 +80,7 @@ impl Inputs {
                 let samples = if kind == multisample { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
                 (size.map(i64::from), i64::from(samples))
             };
+            gl::check(gl, &format!("the {name} texture's size"))?;
             if found.0 != [i64::from(size.0), i64::from(size.1)] {
                 let ([width, height], (w, h)) = (found.0, size);
                 return Err(Error::Usage(format!(
@@ -271,25 +272,27 @@ impl AmbientOcclusion {
         if matches!(purpose, Purpose::Floor | Purpose::Edges) {
             settings.blur = 0;
         }
-        let _state = SavedState::save(&gl, None)?;
-        let mut ao = AmbientOcclusion {
-            radius: settings.radius_read()?,
-            // A = 1 without a blur needs none, nor a radius that it would follow from.
-            depth_sigma: match (settings.method, purpose) {
-                (Method::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
-                _ => settings.depth_sigma()?,
-            },
-            settings,
-            size,
-            purpose,
-            full_screen: FullScreen::new(&gl)?,
-            surfaces: Vec::new(),
-            last: 0,
-            programs: Vec::new(),
-            gl,
-        };
-        ao.allocate(&Plan::new(&ao.settings, false))?;
-        Ok(ao)
+        let state = SavedState::save(&gl, None)?;
+        state.put_back_after(&gl.clone(), || {
+            let mut ao = AmbientOcclusion {
+                radius: settings.radius_read()?,
+                // A = 1 without a blur needs none, nor a radius that it would follow from.
+                depth_sigma: match (settings.method, purpose) {
+                    (Method::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
+                    _ => settings.depth_sigma()?,
+                },
+                settings,
+                size,
+                purpose,
+                full_screen: FullScreen::new(&gl)?,
+                surfaces: Vec::new(),
+                last: 0,
+                programs: Vec::new(),
+                gl,
+            };
+            ao.allocate(&Plan::new(&ao.settings, false))?;
+            Ok(ao)
+        })
     }
 
     /// Makes the surfaces of a plan that are not there yet. Plans for the same settings begin alike.
@@ -301,14 +304,15 @@ impl AmbientOcclusion {
         };
         for (i, &scale) in plan.scales.iter().enumerate().skip(self.surfaces.len()) {
             let grid = Grid { full: self.size, scale };
-            let place = ["ao", "blur", "blurred"][i];
+            let (gl, size) = (&self.gl, grid.size());
+            let place = |object| format!("{}: {object}", ["ao", "blur", "blurred"][i]);
             let stencil = match self.surfaces.iter().find(|surface| surface.grid == grid) {
                 Some(surface) => surface.stencil.clone(),
-                None => Arc::new(Renderbuffer::new(&self.gl, place, glow::DEPTH24_STENCIL8, grid.size(), 0)?),
+                None => Arc::new(Renderbuffer::new(gl, &place("stencil"), glow::DEPTH24_STENCIL8, size, 0)?),
             };
-            let texture = Texture::new(&self.gl, place, format, grid.size().0, grid.size().1)?;
+            let texture = Texture::new(gl, &place("image"), format, size.0, size.1)?;
             let attachment = Some((glow::DEPTH_STENCIL_ATTACHMENT, &*stencil));
-            let target = Target::new(&self.gl, place, &[&texture], attachment, grid.size())?;
+            let target = Target::new(gl, &place("framebuffer"), &[&texture], attachment, size)?;
             self.surfaces.push(Surface { grid, texture, target, stencil });
         }
         Ok(())
@@ -338,7 +342,12 @@ impl AmbientOcclusion {
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
-        let _state = SavedState::save(&gl, self.surfaces.first().map(|surface| &surface.target))?;
+        let state = SavedState::save(&gl, self.surfaces.first().map(|surface| &surface.target))?;
+        state.put_back_after(&gl, || self.passes(inputs, timers, extras))
+    }
+
+    fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
+        let gl = self.gl.clone();
         inputs.check(&gl, self.size)?;
         if self.settings.method == Method::RayMarch && (inputs.near.is_nan() || inputs.near <= 0.0) {
             return Err(Error::Usage(format!(
@@ -421,14 +430,16 @@ impl AmbientOcclusion {
         if extras.edges {
             let (width, height) = (self.size.0 as usize, self.size.1 as usize);
             let texels = match (&programs.edges, programs.plan.full()) {
-                (Some(_), Some(full)) => {
-                    surfaces[full].target.read_stencil()?.iter().map(|bits| u32::from(*bits) & EDGE != 0).collect()
-                }
+                (Some(_), Some(full)) => surfaces[full]
+                    .target
+                    .read_stencil("edges: reading them back")?
+                    .iter()
+                    .map(|bits| u32::from(*bits) & EDGE != 0)
+                    .collect(),
                 _ => vec![false; width * height],
             };
             kept.edges = Some(Image { width, height, texels });
         }
-        gl::check(&gl, "ambient occlusion")?;
         Ok(kept)
     }
 

@@ -66,6 +66,7 @@ impl Pipeline {
         request: Request,
     ) -> Result<Pipeline, Error> {
         settings.validate()?;
+        gl::check(gl, "an error left from before the pipeline")?;
         gl::check_size(gl, size.0, size.1)?;
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, &mut notices)?;
@@ -94,8 +95,8 @@ impl Pipeline {
         let ao = purpose.map(|purpose| AmbientOcclusion::build(gl.clone(), size, settings, purpose)).transpose()?;
         let composite = match request.composite {
             Some(apply) if !request.gbuffer_only => {
-                let image = Texture::new(gl, "composite", Format::Rgba8, size.0, size.1)?;
-                let target = Target::new(gl, "composite", &[&image], None, size)?;
+                let image = Texture::new(gl, "composite: image", Format::Rgba8, size.0, size.1)?;
+                let target = Target::new(gl, "composite: framebuffer", &[&image], None, size)?;
                 Some((Composite::new(gl, apply)?, image, target))
             }
             _ => None,
@@ -152,13 +153,11 @@ impl Pipeline {
             pass.draw(&triangles, size);
             Ok(())
         })?;
-        gl::check(gl, "gbuffer")?;
         if targets.samples() > 1 {
             self.timers.pass("resolve", || {
                 targets.resolve(&self.full_screen, 0);
                 Ok(())
             })?;
-            gl::check(gl, "resolve")?;
         }
 
         let inputs = self.inputs(camera);
@@ -171,7 +170,6 @@ impl Pipeline {
                     composite.draw(&self.full_screen, &self.targets.colour, ao.texture());
                     Ok(())
                 })?;
-                gl::check(&self.gl, "composite")?;
             }
         }
         Ok(self.timers.take())
@@ -204,10 +202,12 @@ impl Pipeline {
         let mut images = vec![self.depth()?];
         for which in 1..self.samples() {
             self.targets.resolve(&self.full_screen, which);
+            gl::check(&self.gl, "resolve")?;
             images.push(self.depth()?);
         }
         if self.samples() > 1 {
             self.targets.resolve(&self.full_screen, 0);
+            gl::check(&self.gl, "resolve")?;
         }
         Ok(images)
     }

@@ -2,6 +2,8 @@
 //! gives the same image.
 
 mod rig;
+#[path = "drivers/table.rs"]
+mod table;
 
 use gl_generator::{Api, Fallbacks, Profile, Registry};
 use glow::HasContext as _;
@@ -173,4 +175,24 @@ fn softpipe_takes_as_many_directions_and_steps_as_it_unrolls() {
             assert!(frame.raw.texels.iter().any(|&a| a < 0.9), "every pixel exits early");
         }
     });
+}
+
+/// `cargo test --test drivers -- --nocapture drivers_differ` prints the table of the README.
+#[test]
+fn drivers_differ_by_what_is_known_and_each_matches_its_twins() {
+    let Some(all) = table::compared("drivers_differ_by_what_is_known_and_each_matches_its_twins") else { return };
+    println!("\n{}", table::table(&all));
+    let mut complaints = Vec::new();
+    for (driver, found) in &all {
+        match found {
+            Some(found) => complaints.extend(driver.complaints(found)),
+            None => rig::process::skip(driver.name, "mesa-vulkan-drivers"),
+        }
+    }
+    assert!(complaints.is_empty(), "{complaints:#?}");
+}
+
+#[test]
+fn one_texel_that_differs_is_found_and_held_against_a_driver() {
+    table::find_a_planted_difference();
 }

@@ -15,6 +15,10 @@ pub use texture::Format;
 pub(crate) use texture::{MultisampleTexture, Texture};
 pub use timer::{PassTime, Timers};
 
+const OUT_OF_MEMORY: &str = "out of memory: render at a smaller size";
+const LOST: &str = "the driver has lost its context: start again, and smaller or simpler if that repeats";
+const NO_OBJECT: &str = "the driver made no object and does not say why";
+
 /// Turns the errors that OpenGL has recorded into ours. `place` is the pass or object at hand.
 pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
     let mut first = None;
@@ -35,11 +39,27 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
                 glow::INVALID_VALUE => "invalid value".into(),
                 glow::INVALID_OPERATION => "invalid operation".into(),
                 glow::INVALID_FRAMEBUFFER_OPERATION => "invalid framebuffer operation".into(),
-                glow::OUT_OF_MEMORY => "out of memory: render at a smaller size".into(),
+                glow::OUT_OF_MEMORY => OUT_OF_MEMORY.into(),
+                glow::CONTEXT_LOST => LOST.into(),
                 other => format!("error 0x{other:04x}"),
             },
         )),
     }
+}
+
+/// Why no object was made, of the flag that OpenGL may have left or may not.
+pub(crate) fn not_made(gl: &glow::Context, place: &str) -> Error {
+    check(gl, place).err().unwrap_or_else(|| Error::gl(place, NO_OBJECT))
+}
+
+/// Whether an error is about what was asked for, so that something else may do: it would not mend the others.
+pub(crate) fn is_refusal(error: &Error) -> bool {
+    matches!(error, Error::Gl { what, .. } if ![OUT_OF_MEMORY, LOST, NO_OBJECT].contains(&what.as_str()))
+}
+
+/// Whether an error is that there is no memory, of which something smaller may still find enough.
+pub(crate) fn is_out_of_memory(error: &Error) -> bool {
+    matches!(error, Error::Gl { what, .. } if what == OUT_OF_MEMORY)
 }
 
 /// The most samples a pixel that this driver can draw into textures and read from them.
@@ -69,6 +89,7 @@ pub fn size_limit(gl: &glow::Context) -> u32 {
 /// Refuses a size that the driver cannot render.
 pub fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
     let limit = size_limit(gl);
+    check(gl, "the driver's limits")?;
     if width == 0 || height == 0 || width > limit || height > limit {
         return Err(Error::Usage(format!("size {width}x{height}: this driver takes 1x1 to {limit}x{limit}")));
     }

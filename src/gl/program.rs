@@ -1,5 +1,6 @@
 //! Shader programs, put together from the files in `glsl/` and the settings they are compiled for.
 
+use super::{check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::fmt::Write;
@@ -70,16 +71,16 @@ impl Program {
         let name = fragment.last().map_or(vertex.name, |piece| piece.name);
         // SAFETY: the context is current; every object made here is deleted on each way out.
         unsafe {
-            let id = gl.create_program().map_err(|e| Error::gl(name, e))?;
+            let id = gl.create_program().map_err(|_| not_made(gl, name))?;
             let program = Program { gl: gl.clone(), id };
             for (stage, pieces) in [(glow::VERTEX_SHADER, &[vertex][..]), (glow::FRAGMENT_SHADER, fragment)] {
-                let shader = gl.create_shader(stage).map_err(|e| Error::gl(name, e))?;
+                let shader = gl.create_shader(stage).map_err(|_| not_made(gl, name))?;
                 gl.shader_source(shader, &assemble(defines, pieces));
                 gl.compile_shader(shader);
                 if !gl.get_shader_compile_status(shader) {
                     let log = gl.get_shader_info_log(shader);
                     gl.delete_shader(shader);
-                    return Err(Error::gl(name, with_file_names(&log, pieces)));
+                    return Err(refused(gl, name, "compile", &with_file_names(&log, pieces)));
                 }
                 gl.attach_shader(id, shader);
                 // Lives on until the program is deleted.
@@ -91,8 +92,9 @@ impl Program {
             gl.link_program(id);
             if !gl.get_program_link_status(id) {
                 let log = gl.get_program_info_log(id);
-                return Err(Error::gl(name, one_line(&log)));
+                return Err(refused(gl, name, "link", &one_line(&log)));
             }
+            check(gl, name)?;
             Ok(program)
         }
     }
@@ -177,6 +179,15 @@ fn with_file_names(log: &str, pieces: &[Source]) -> String {
         }
     };
     one_line(&log.lines().map(line).collect::<Vec<_>>().join("\n"))
+}
+
+/// A shader that did not `compile` or `link`, in the words of the driver's log where it has any.
+fn refused(gl: &glow::Context, name: &str, verb: &str, log: &str) -> Error {
+    match check(gl, name) {
+        _ if !log.is_empty() => Error::gl(name, log),
+        Err(error) => error,
+        Ok(()) => Error::gl(name, format!("the driver did not {verb} it and does not say why")),
+    }
 }
 
 fn one_line(log: &str) -> String {

@@ -150,7 +150,8 @@ impl SavedState {
             let mut saved = SavedState {
                 gl: gl.clone(),
                 switches: SWITCHES.map(|switch| gl.is_enabled(switch)),
-                blend: gl.is_enabled(glow::BLEND),
+                // Not glIsEnabled: Mesa's threaded calls do not see there what glEnablei has set.
+                blend: gl.get_parameter_indexed_i32(glow::BLEND, 0) != 0,
                 colour_mask: gl.get_parameter_bool_array(glow::COLOR_WRITEMASK),
                 depth_mask: gl.get_parameter_bool(glow::DEPTH_WRITEMASK),
                 stencil: None,
@@ -181,6 +182,23 @@ impl SavedState {
             }
             Ok(saved)
         }
+    }
+}
+
+impl SavedState {
+    /// Runs passes, and puts the state back after them, an error or not. What OpenGL has against either is told as that, and
+    /// neither in a pass's name nor, by the next run, in the application's.
+    pub(crate) fn put_back_after<T>(
+        self,
+        gl: &glow::Context,
+        run: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let result = check(gl, "saving the application's state").and_then(|()| run());
+        drop(self);
+        let put_back = check(gl, "putting the application's state back");
+        let value = result?;
+        put_back?;
+        Ok(value)
     }
 }
 

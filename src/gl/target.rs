@@ -1,7 +1,7 @@
 //! Framebuffers, and the depth-stencil buffers attached to them.
 
 use super::texture::DefaultPacking;
-use super::{MultisampleTexture, Texture, check};
+use super::{MultisampleTexture, Texture, check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ impl Renderbuffer {
     ) -> Result<Renderbuffer, Error> {
         // SAFETY: the context is current.
         unsafe {
-            let id = gl.create_renderbuffer().map_err(|e| Error::gl(place, e))?;
+            let id = gl.create_renderbuffer().map_err(|_| not_made(gl, place))?;
             let buffer = Renderbuffer { gl: gl.clone(), id };
             gl.bind_renderbuffer(glow::RENDERBUFFER, Some(id));
             let (width, height) = (width as i32, height as i32);
@@ -79,7 +79,7 @@ impl Target {
     ) -> Result<Target, Error> {
         // SAFETY: the context is current; the attachments are complete objects.
         unsafe {
-            let id = gl.create_framebuffer().map_err(|e| Error::gl(place, e))?;
+            let id = gl.create_framebuffer().map_err(|_| not_made(gl, place))?;
             let target = Target { gl: gl.clone(), id, width, height };
             gl.bind_framebuffer(glow::FRAMEBUFFER, Some(id));
             let attachments: Vec<u32> = (0..colours.len() as u32).map(|i| glow::COLOR_ATTACHMENT0 + i).collect();
@@ -98,31 +98,30 @@ impl Target {
             }
             match gl.check_framebuffer_status(glow::FRAMEBUFFER) {
                 glow::FRAMEBUFFER_COMPLETE => {}
-                status => return Err(Error::gl(place, format!("the framebuffer is incomplete (0x{status:04x})"))),
+                status => {
+                    // No status at all is an error's doing.
+                    check(gl, place)?;
+                    return Err(Error::gl(place, format!("incomplete: {}", incompleteness(status))));
+                }
             }
             check(gl, place)?;
             Ok(target)
         }
     }
 
-    /// The stencil's value of each pixel, the bottom row first.
-    pub(crate) fn read_stencil(&self) -> Result<Vec<u8>, Error> {
+    /// The stencil's value of each pixel, the bottom row first. `place` names what they are in errors.
+    pub(crate) fn read_stencil(&self, place: &str) -> Result<Vec<u8>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize];
-        let _packing = DefaultPacking::set(&self.gl, 1);
-        // SAFETY: the context is current, and `bytes` holds a byte for each pixel, packed without gaps.
-        unsafe {
-            self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id));
-            self.gl.read_pixels(
-                0,
-                0,
-                self.width as i32,
-                self.height as i32,
-                glow::STENCIL_INDEX,
-                glow::UNSIGNED_BYTE,
-                glow::PixelPackData::Slice(Some(&mut bytes)),
-            );
-        }
-        check(&self.gl, "reading the stencil back")?;
+        // SAFETY: the context is current and the framebuffer ours, and bound and packed as said, or it is not read. `bytes`
+        // holds a byte for each pixel, packed without gaps.
+        let bind = || unsafe { self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id)) };
+        let (width, height) = (self.width as i32, self.height as i32);
+        // SAFETY: as above.
+        let read = || unsafe {
+            let into = glow::PixelPackData::Slice(Some(&mut bytes));
+            self.gl.read_pixels(0, 0, width, height, glow::STENCIL_INDEX, glow::UNSIGNED_BYTE, into);
+        };
+        DefaultPacking::around(&self.gl, place, 1, bind, read)?;
         Ok(bytes)
     }
 
@@ -133,6 +132,18 @@ impl Target {
             self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id));
             self.gl.viewport(0, 0, self.width as i32, self.height as i32);
         }
+    }
+}
+
+fn incompleteness(status: u32) -> String {
+    match status {
+        glow::FRAMEBUFFER_INCOMPLETE_ATTACHMENT => "an attachment cannot be drawn to".into(),
+        glow::FRAMEBUFFER_INCOMPLETE_MISSING_ATTACHMENT => "it has no attachment".into(),
+        glow::FRAMEBUFFER_INCOMPLETE_DRAW_BUFFER => "an attachment that is drawn to is missing".into(),
+        glow::FRAMEBUFFER_INCOMPLETE_READ_BUFFER => "the attachment that is read is missing".into(),
+        glow::FRAMEBUFFER_INCOMPLETE_MULTISAMPLE => "its attachments differ in samples".into(),
+        glow::FRAMEBUFFER_UNSUPPORTED => "this driver does not draw to these formats together".into(),
+        other => format!("status 0x{other:04x}"),
     }
 }
 

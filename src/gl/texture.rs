@@ -1,7 +1,7 @@
 //! Rectangle textures: unnormalised coordinates, no mipmaps, and the fastest fetch on software drivers. And multisample
 //! ones.
 
-use super::check;
+use super::{check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -62,6 +62,7 @@ impl Format {
 /// A rectangle texture that samples the nearest texel and clamps to the edge.
 pub(crate) struct Texture {
     gl: Arc<glow::Context>,
+    place: String,
     pub(crate) id: glow::Texture,
     pub(crate) format: Format,
     pub(crate) width: u32,
@@ -107,8 +108,8 @@ impl Texture {
         let kind = if floats.is_some() { glow::FLOAT } else { kind };
         // SAFETY: the context is current; `floats` holds as many texels as the size says.
         unsafe {
-            let id = gl.create_texture().map_err(|e| Error::gl(place, e))?;
-            let texture = Texture { gl: gl.clone(), id, format, width, height };
+            let id = gl.create_texture().map_err(|_| not_made(gl, place))?;
+            let texture = Texture { gl: gl.clone(), place: place.into(), id, format, width, height };
             gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(id));
             gl.tex_image_2d(
                 glow::TEXTURE_RECTANGLE,
@@ -137,21 +138,18 @@ impl Texture {
     /// Every texel as floats, as shaders see them, the bottom row first.
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
-        let _packing = DefaultPacking::set(&self.gl, 4);
-        // SAFETY: the context is current, and `bytes` holds one float for each component that is written, packed
-        // tightly: rows of floats are whole multiples of the alignment of 4. glGetTexImage does not clamp signed
-        // values, as glReadPixels does.
-        unsafe {
-            self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id));
-            self.gl.get_tex_image(
-                glow::TEXTURE_RECTANGLE,
-                0,
-                self.format.gl().1,
-                glow::FLOAT,
-                glow::PixelPackData::Slice(Some(&mut bytes)),
-            );
-        }
-        check(&self.gl, "reading a texture back")?;
+        let place = format!("{}: reading it back", self.place);
+        // SAFETY: the context is current, the texture ours, and bound and packed as said, or it is not read. `bytes`
+        // holds one float for each component that is written, packed tightly: rows of floats are whole multiples of the
+        // alignment of 4. glGetTexImage does not clamp signed values, as glReadPixels does.
+        let bind = || unsafe { self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id)) };
+        let format = self.format.gl().1;
+        // SAFETY: as above.
+        let read = || unsafe {
+            let into = glow::PixelPackData::Slice(Some(&mut bytes));
+            self.gl.get_tex_image(glow::TEXTURE_RECTANGLE, 0, format, glow::FLOAT, into);
+        };
+        DefaultPacking::around(&self.gl, &place, 4, bind, read)?;
         Ok(bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect())
     }
 }
@@ -174,7 +172,27 @@ pub(super) struct DefaultPacking<'a> {
 }
 
 impl DefaultPacking<'_> {
-    pub(super) fn set(gl: &glow::Context, alignment: i32) -> DefaultPacking<'_> {
+    /// Reads pixels back, of what `bind` binds. Where OpenGL refuses that, or how they are to be packed, they are not read:
+    /// another image, or another way to pack it, would reach past the memory made for this one.
+    pub(super) fn around(
+        gl: &glow::Context,
+        place: &str,
+        alignment: i32,
+        bind: impl FnOnce(),
+        read: impl FnOnce(),
+    ) -> Result<(), Error> {
+        let packing = DefaultPacking::set(gl, alignment);
+        bind();
+        let bound = check(gl, place);
+        if bound.is_ok() {
+            read();
+        }
+        drop(packing);
+        // Both are asked, so that no error is left for what comes next.
+        bound.and(check(gl, place))
+    }
+
+    fn set(gl: &glow::Context, alignment: i32) -> DefaultPacking<'_> {
         // SAFETY: the context is current, and these are core parameters of one value.
         unsafe {
             let buffer = gl.get_parameter_buffer(glow::PIXEL_PACK_BUFFER_BINDING);
@@ -217,7 +235,7 @@ impl MultisampleTexture {
         let (internal, width, height) = (format.gl().0 as i32, width as i32, height as i32);
         // SAFETY: the context is current.
         unsafe {
-            let id = gl.create_texture().map_err(|e| Error::gl(place, e))?;
+            let id = gl.create_texture().map_err(|_| not_made(gl, place))?;
             let texture = MultisampleTexture { gl: gl.clone(), id };
             gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(id));
             gl.tex_image_2d_multisample(glow::TEXTURE_2D_MULTISAMPLE, samples as i32, internal, width, height, true);
@@ -226,13 +244,15 @@ impl MultisampleTexture {
         }
     }
 
-    /// How many texels a pixel has: as many as asked for, or more.
-    pub(crate) fn samples(&self) -> u32 {
+    /// How many texels a pixel has: as many as asked for, or more. `place` names it in errors.
+    pub(crate) fn samples(&self, place: &str) -> Result<u32, Error> {
         // SAFETY: the context is current and the texture ours.
-        unsafe {
+        let samples = unsafe {
             self.gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(self.id));
-            self.gl.get_tex_level_parameter_i32(glow::TEXTURE_2D_MULTISAMPLE, 0, glow::TEXTURE_SAMPLES) as u32
-        }
+            self.gl.get_tex_level_parameter_i32(glow::TEXTURE_2D_MULTISAMPLE, 0, glow::TEXTURE_SAMPLES)
+        };
+        check(&self.gl, place)?;
+        Ok(samples as u32)
     }
 }
 

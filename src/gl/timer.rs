@@ -1,5 +1,6 @@
 //! How long passes take: OpenGL timer queries, and the clock on the wall around finished work.
 
+use super::{check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -33,7 +34,7 @@ impl Timers {
         let mut query = None;
         if on {
             // SAFETY: the context is current.
-            query = Some(unsafe { gl.create_query() }.map_err(|e| Error::gl("timer", e))?);
+            query = Some(unsafe { gl.create_query() }.map_err(|_| not_made(gl, "timer"))?);
         }
         Ok(Timers { gl: gl.clone(), on, query, times: Vec::new() })
     }
@@ -54,10 +55,11 @@ impl Timers {
         std::mem::take(&mut self.times)
     }
 
-    /// Runs a pass.
+    /// Runs a pass. What OpenGL has against it is an error in the pass's name.
     pub(crate) fn pass(&mut self, name: &'static str, run: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
         if !self.on {
-            return run();
+            run()?;
+            return check(&self.gl, name);
         }
         let gl = &self.gl;
         // SAFETY: the context is current, and no other TIME_ELAPSED query is under way: passes do not nest.
@@ -70,7 +72,8 @@ impl Timers {
                 // that is already bound would read as next to nothing.
                 gl.flush();
             }
-            let result = run();
+            check(gl, "timer")?;
+            let result = run().and_then(|()| check(gl, name));
             if self.query.is_some() {
                 gl.end_query(glow::TIME_ELAPSED);
             }
@@ -84,6 +87,7 @@ impl Timers {
                 let address = (&raw mut nanoseconds).expose_provenance();
                 gl.get_query_parameter_u64_with_offset(query, glow::QUERY_RESULT, address);
             }
+            check(gl, "timer")?;
             // A driver whose timer has no bits answers 0.
             let gpu_ms = (nanoseconds > 0).then_some(nanoseconds as f64 / 1e6);
             self.times.push(PassTime { name, gpu_ms, wall_ms });

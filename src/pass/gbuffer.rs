@@ -2,7 +2,7 @@
 
 use super::{Grid, RAY};
 use crate::Error;
-use crate::gl::{Defines, Program, check, source};
+use crate::gl::{Defines, Program, check, not_made, source};
 use crate::scene::{Camera, Mesh, Projection};
 use crate::settings::Normals;
 use glam::DVec3;
@@ -14,6 +14,9 @@ use std::sync::Arc;
 pub(crate) const LIGHT: [f32; 3] = [-0.398_014_9, 0.597_022_3, -0.696_526_1];
 /// The share of the colour that is ambient, and the share that follows the light.
 pub(crate) const SHADING: [f64; 2] = [0.4, 0.6];
+
+/// Names the upload in errors.
+const TRIANGLES: &str = "gbuffer: triangles";
 
 /// What the shader is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +67,7 @@ impl GBuffer {
         }
         let gl = &self.gl;
         // SAFETY: the context is current.
-        let vertices = unsafe { gl.create_vertex_array() }.map_err(|e| Error::gl("gbuffer", e))?;
+        let vertices = unsafe { gl.create_vertex_array() }.map_err(|_| not_made(gl, TRIANGLES))?;
         let mut triangles = Triangles {
             gl: gl.clone(),
             vertices,
@@ -84,7 +87,7 @@ impl GBuffer {
         }
         let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_ne_bytes()).collect();
         triangles.buffer(glow::ELEMENT_ARRAY_BUFFER, &indices)?;
-        check(gl, "gbuffer: uploading the triangles")?;
+        check(gl, TRIANGLES)?;
         Ok(triangles)
     }
 
@@ -118,7 +121,7 @@ impl Triangles {
     fn buffer(&mut self, target: u32, data: &[u8]) -> Result<(), Error> {
         // SAFETY: the context is current.
         unsafe {
-            let buffer = self.gl.create_buffer().map_err(|e| Error::gl("gbuffer", e))?;
+            let buffer = self.gl.create_buffer().map_err(|_| not_made(&self.gl, TRIANGLES))?;
             self.buffers.push(buffer);
             self.gl.bind_buffer(target, Some(buffer));
             self.gl.buffer_data_u8_slice(target, data, glow::STATIC_DRAW);

@@ -24,10 +24,10 @@ impl HalfDepth {
         (width, height): (u32, u32),
     ) -> Result<HalfDepth, Error> {
         let size = (width.div_ceil(2), height.div_ceil(2));
-        let texture = Texture::new(gl, "half depth", Format::R32f, size.0, size.1)?;
+        let texture = Texture::new(gl, "half_depth: image", Format::R32f, size.0, size.1)?;
         Ok(HalfDepth {
             program: Program::new(gl, &depth_defines(depth, [2, 2]), FULLSCREEN, &[FETCH, source!("half_depth.frag")])?,
-            target: Target::new(gl, "half depth", &[&texture], None, size)?,
+            target: Target::new(gl, "half_depth: framebuffer", &[&texture], None, size)?,
             texture,
         })
     }

@@ -75,7 +75,7 @@ impl MethodPass {
             Jitter::Tile => {
                 let texels: Vec<f32> =
                     rotation_tile(settings).texels.iter().flat_map(|&[c, s, b]| [c, s, b, 0.0]).collect();
-                Some(Texture::of_floats(gl, "rotation tile", Format::Rgba32f, (4, 4), &texels)?)
+                Some(Texture::of_floats(gl, "ao: rotation tile", Format::Rgba32f, (4, 4), &texels)?)
             }
         };
         Ok(Some(MethodPass { program, tile }))

@@ -17,7 +17,7 @@ pub(crate) mod resolve;
 mod ssao;
 
 use crate::Error;
-use crate::gl::{Defines, Program, Source, Texture, source};
+use crate::gl::{Defines, Program, Source, Texture, check, not_made, source};
 use crate::scene::Projection;
 use crate::settings::DepthSigma;
 use glow::HasContext;
@@ -178,13 +178,15 @@ pub(crate) struct FullScreen {
 
 impl FullScreen {
     pub(crate) fn new(gl: &Arc<glow::Context>) -> Result<FullScreen, Error> {
+        const PLACE: &str = "full-screen triangle";
         // SAFETY: the context is current; core demands a vertex array even where no attribute is read.
         unsafe {
-            let vertices = gl.create_vertex_array().map_err(|e| Error::gl("full-screen triangle", e))?;
-            let sampler = gl.create_sampler().map_err(|e| {
+            let vertices = gl.create_vertex_array().map_err(|_| not_made(gl, PLACE))?;
+            let sampler = gl.create_sampler().map_err(|_| {
                 gl.delete_vertex_array(vertices);
-                Error::gl("full-screen triangle", e)
+                not_made(gl, PLACE)
             })?;
+            let full_screen = FullScreen { gl: gl.clone(), vertices, sampler };
             for (parameter, value) in [
                 (glow::TEXTURE_MIN_FILTER, glow::NEAREST),
                 (glow::TEXTURE_MAG_FILTER, glow::NEAREST),
@@ -193,7 +195,8 @@ impl FullScreen {
             ] {
                 gl.sampler_parameter_i32(sampler, parameter, value as i32);
             }
-            Ok(FullScreen { gl: gl.clone(), vertices, sampler })
+            check(gl, PLACE)?;
+            Ok(full_screen)
         }
     }
 

@@ -3,7 +3,7 @@
 
 use super::{BACKGROUND_R16F, BACKGROUND_R32F, FULLSCREEN, FullScreen};
 use crate::Error;
-use crate::gl::{Defines, Format, Program, Target, Texture, check, source};
+use crate::gl::{self, Defines, Format, Program, Target, Texture, source};
 use std::sync::Arc;
 
 /// What colours are drawn as.
@@ -47,20 +47,24 @@ fn hold_together(gl: &Arc<glow::Context>, expected: [(Format, [f32; 4]); 3]) -> 
         defines = defines.value(name, format!("vec4({x:?}, {y:?}, {z:?}, {w:?})"));
     }
     let program = Program::new(gl, &defines, FULLSCREEN, &[source!("probe.frag")])?;
-    let textures = expected.map(|(format, _)| Texture::new(gl, "probe", format, 1, 1));
-    let [Ok(first), Ok(second), Ok(third)] = textures else {
-        return Ok(false);
-    };
-    let Ok(target) = Target::new(gl, "probe", &[&first, &second, &third], None, (1, 1)) else {
-        // What the refusal left behind is its answer, and not the next pass's error.
-        let _ = check(gl, "probe");
-        return Ok(false);
-    };
     let full_screen = FullScreen::new(gl)?;
+    let made = || -> Result<([Texture; 3], Target), Error> {
+        let [first, second, third] = expected.map(|(format, _)| Texture::new(gl, "probe: image", format, 1, 1));
+        let textures = [first?, second?, third?];
+        let [first, second, third] = textures.each_ref();
+        let target = Target::new(gl, "probe: framebuffer", &[first, second, third], None, (1, 1))?;
+        Ok((textures, target))
+    };
+    let (textures, target) = match made() {
+        Ok(made) => made,
+        Err(refusal) if gl::is_refusal(&refusal) => return Ok(false),
+        Err(error) => return Err(error),
+    };
     target.bind();
     program.bind();
     full_screen.draw();
-    for (texture, (format, expected)) in [first, second, third].iter().zip(expected) {
+    gl::check(gl, "probe")?;
+    for (texture, (format, expected)) in textures.iter().zip(expected) {
         let tolerance = if matches!(format, Format::R16f | Format::R32f) { 1e-6 } else { 0.01 };
         let read = texture.read()?;
         // Formats of one channel are read as one.

@@ -54,7 +54,7 @@ impl Targets {
             Some(_) => None,
         };
         let attachment = depth_buffer.as_ref().map(|buffer| (glow::DEPTH_ATTACHMENT, buffer));
-        let target = Target::new(gl, "gbuffer", &[&colour, &depth, &normals], attachment, size)?;
+        let target = Target::new(gl, "gbuffer: framebuffer", &[&colour, &depth, &normals], attachment, size)?;
         Ok(Targets { colour, depth, normals, encoding, target, _depth_buffer: depth_buffer, multisample })
     }
 
@@ -93,17 +93,18 @@ impl Multisample {
         asked: u32,
     ) -> Result<Option<Multisample>, Error> {
         let limit = gl::sample_limit(gl);
+        gl::check(gl, "the driver's limits")?;
         for samples in [8, 4, 2].into_iter().filter(|&samples| samples <= asked.min(limit)) {
             match Multisample::attachments(gl, size, formats, samples) {
                 Ok((images, _depth_buffer, target)) => {
-                    let samples = images[1].samples();
+                    let samples = images[1].samples("gbuffer: depth samples")?;
                     let resolve = Resolve::new(gl, samples)?;
                     let multisample = Multisample { images, samples, target, _depth_buffer, resolve };
                     return Ok(Some(multisample).filter(|multisample| multisample.samples > 1));
                 }
-                // Within the limits a driver may still refuse a format, or to mix them: fewer samples may do. What the
-                // refusal left behind is its answer, and not the next pass's error.
-                Err(_) => _ = gl::check(gl, "gbuffer"),
+                // Within the limits a driver may still refuse a format, or to mix them: fewer samples may do.
+                Err(error) if gl::is_refusal(&error) || gl::is_out_of_memory(&error) => {}
+                Err(error) => return Err(error),
             }
         }
         Ok(None)
@@ -121,7 +122,8 @@ impl Multisample {
         let normals = texture("gbuffer: normal samples", formats[2])?;
         let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, asked)?;
         let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
-        let target = Target::new(gl, "gbuffer: samples", &[&colour, &depth, &normals], attachment, size)?;
+        let target =
+            Target::new(gl, "gbuffer: framebuffer of samples", &[&colour, &depth, &normals], attachment, size)?;
         Ok(([colour, depth, normals], depth_buffer, target))
     }
 }
@@ -137,6 +139,7 @@ fn normal_format(
 ) -> Result<(Format, NormalEncoding, Option<Multisample>), Error> {
     let asked = settings.normal_format;
     let has_samples = settings.msaa > 1 && gl::sample_limit(gl) > 1;
+    gl::check(gl, "the driver's limits")?;
     let mut first = None;
     let all = [
         (Format::Rgba8Snorm, NormalEncoding::Signed, NormalFormat::Rgba8Snorm.name()),

@@ -4,6 +4,8 @@
 
 pub mod by_hand;
 pub mod compare;
+pub mod debug;
+pub mod faults;
 pub mod process;
 pub mod scenes;
 pub mod surfaces;

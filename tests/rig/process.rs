@@ -1,6 +1,7 @@
 //! A process of a test's own, for what depends on the environment or measures the process.
 
 use std::ffi::OsStr;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -17,6 +18,16 @@ pub fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnO
     let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     // A filter that matches no test succeeds too, so that one passed must be read.
     assert!(output.status.success() && text.contains("1 passed"), "{test}: {}\n{text}", output.status);
+    print!("{text}");
+}
+
+/// Says that a test passes without what it needs, of a Debian package; or fails, where `HBAO_REQUIRE_TOOLS=1` is set, as
+/// continuous integration does.
+pub fn skip(what: &str, package: &str) {
+    let required = std::env::var_os("HBAO_REQUIRE_TOOLS").is_some_and(|value| value == "1");
+    assert!(!required, "HBAO_REQUIRE_TOOLS is set, and there is no {what}: install {package}");
+    // Not by a macro, whose words the harness keeps to itself.
+    let _ = writeln!(std::io::stderr(), "SKIPPED: no {what} (Debian: {package})");
 }
 
 /// Runs `program`, the command, in a folder, with one thread and a shader cache: for verbs that compile hundreds of shaders,

@@ -1,0 +1,429 @@
+//! The same frames on every driver: each held to its twins, and all compared with llvmpipe's by EGL.
+
+use crate::rig::{self, Frame, Shot, every_switch, scenes, twin};
+use glow::HasContext as _;
+use hbao::Settings;
+use hbao::context::{Backend, Context};
+use hbao::image::Image;
+use hbao::settings::{NormalFormat, Radius};
+use std::fmt::Write as _;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Small: softpipe is slow. Odd, so that half resolution is rounded up.
+const SIZE: (u32, u32) = (49, 37);
+
+/// Set for the processes that render: where their frames go, and by which backend.
+const TO: &str = "HBAO_FRAMES_TO";
+const BY: &str = "HBAO_FRAMES_BY";
+
+/// A driver, as an environment asks for it.
+pub(crate) struct Driver {
+    pub(crate) name: &'static str,
+    backend: Backend,
+    environment: &'static [(&'static str, &'static str)],
+    /// What its description must hold, or it is another driver.
+    described: &'static str,
+    /// Whether it may be missing.
+    optional: bool,
+    /// It renders each case whose number is a multiple of this.
+    every: usize,
+    pub(crate) limits: Limits,
+}
+
+/// Of each of [`BUFFERS`], what share of pixels may differ by more than a tolerance.
+pub(crate) type Limits = [(f64, f64); BUFFERS.len()];
+
+/// The same driver: how it was reached, how many threads it has, and how wide its vectors are must not show.
+const SAME: Limits = [(0.0, 0.0); BUFFERS.len()];
+
+/// Another driver with another rasteriser and interpreter, no samples, and normals that fall back to rgba16f. Each figure
+/// is about twice what was measured with Mesa 22.3.6; what was measured stands in brackets.
+const SOFTPIPE: Limits = [
+    // Coverage: the rasterisers round vertices and edges differently, so that a pixel whose centre lies on a silhouette to
+    // within a fraction of a pixel may be another's (9 of 43,512 pixels; each matches the rays at 99.5 %).
+    (0.0, 5e-4),
+    // Depth: the plane's equation is evaluated in another order, to a rounding of float32 (0.21 % over 1e-6). Planes seen
+    // edge-on multiply it, and where triangles meet it may be the other's plane (4.4e-5 at worst).
+    (1e-6, 5e-3),
+    // Normals: a derivative that is rounded otherwise gives the next code of a half float, 2^-11 below 1. More where
+    // triangles meet, as above (0.004 %).
+    (1e-3, 1e-4),
+    // Colour, in steps of 8 bits: the rounding, and silhouettes as above (0.023 %, all of them silhouettes).
+    (1.0, 5e-4),
+    // Edges: both have one sample, and none.
+    (0.0, 0.0),
+    // Before the blur: each matches its twin on its own depths and normals to 1e-3, which is held first. So what differs is
+    // their doing: a sample that is just the highest so far in one and just not in the other, or a silhouette that moved by
+    // a pixel within R (0.23 % over 0.01, 0.23 at worst in the talk's method, where one sample decides a whole direction).
+    (0.01, 5e-3),
+    // After it: the same, spread over its neighbours (0.087 % over 0.01).
+    (0.01, 2e-3),
+];
+
+/// llvmpipe's rasteriser behind another compiler: the shaders go through SPIR-V, and come out with other roundings.
+const ZINK: Limits = [
+    // What is rasterised, interpolated and stored is the same to the bit.
+    (0.0, 0.0),
+    (0.0, 0.0),
+    (0.0, 0.0),
+    (0.0, 0.0),
+    (0.0, 0.0),
+    // Ambient occlusion: two roundings of float32 (2e-7), but where an 8-bit target is about to round to the next code
+    // (one of 25,464 texels, by one code).
+    (1e-6, 2e-4),
+    (1e-6, 2e-4),
+];
+
+const fn driver(
+    name: &'static str,
+    backend: Backend,
+    described: &'static str,
+    environment: &'static [(&'static str, &'static str)],
+) -> Driver {
+    Driver { name, backend, environment, described, optional: false, every: 1, limits: SAME }
+}
+
+/// LIBGL_ALWAYS_SOFTWARE keeps EGL off a GPU.
+const SOFTWARE: (&str, &str) = ("LIBGL_ALWAYS_SOFTWARE", "true");
+
+/// Every driver that Mesa has for a machine without a GPU, the first being what the others are compared with.
+pub(crate) const DRIVERS: [Driver; 10] = [
+    driver("llvmpipe, EGL", Backend::Egl, "llvmpipe", &[SOFTWARE]),
+    Driver { every: 3, ..driver("llvmpipe, OSMesa", Backend::Osmesa, "llvmpipe", &[]) },
+    Driver {
+        every: 5,
+        ..driver("llvmpipe, no thread", Backend::Egl, "llvmpipe", &[SOFTWARE, ("LP_NUM_THREADS", "0")])
+    },
+    Driver { every: 5, ..driver("llvmpipe, 1 thread", Backend::Egl, "llvmpipe", &[SOFTWARE, ("LP_NUM_THREADS", "1")]) },
+    Driver {
+        every: 5,
+        ..driver("llvmpipe, 2 threads", Backend::Egl, "llvmpipe", &[SOFTWARE, ("LP_NUM_THREADS", "2")])
+    },
+    Driver {
+        every: 3,
+        ..driver("llvmpipe, 128 bits", Backend::Egl, "128 bits", &[SOFTWARE, ("LP_NATIVE_VECTOR_WIDTH", "128")])
+    },
+    Driver {
+        every: 3,
+        ..driver(
+            "llvmpipe, OpenGL 3.3",
+            Backend::Egl,
+            "OpenGL 3.3",
+            &[
+                SOFTWARE,
+                ("MESA_GL_VERSION_OVERRIDE", "3.3FC"),
+                ("MESA_GLSL_VERSION_OVERRIDE", "330"),
+                ("MESA_EXTENSION_OVERRIDE", HIDDEN),
+            ],
+        )
+    },
+    Driver {
+        limits: SOFTPIPE,
+        ..driver("softpipe, EGL", Backend::Egl, "softpipe", &[SOFTWARE, ("GALLIUM_DRIVER", "softpipe")])
+    },
+    Driver {
+        limits: SOFTPIPE,
+        ..driver("softpipe, OSMesa", Backend::Osmesa, "softpipe", &[("GALLIUM_DRIVER", "softpipe")])
+    },
+    Driver {
+        optional: true,
+        limits: ZINK,
+        ..driver("zink, EGL", Backend::Egl, "zink", &[SOFTWARE, ("MESA_LOADER_DRIVER_OVERRIDE", "zink")])
+    },
+];
+
+/// Extensions that OpenGL 3.3 does without and that a shader or a call might come to lean on.
+const HIDDEN: &str = "-GL_KHR_debug -GL_ARB_timer_query -GL_ARB_texture_storage -GL_ARB_direct_state_access \
+    -GL_ARB_explicit_uniform_location -GL_ARB_shading_language_420pack -GL_ARB_explicit_attrib_location \
+    -GL_ARB_gpu_shader5 -GL_ARB_clear_texture -GL_ARB_copy_image -GL_ARB_stencil_texturing -GL_ARB_texture_gather \
+    -GL_ARB_ES3_compatibility -GL_ARB_internalformat_query -GL_ARB_invalidate_subdata -GL_ARB_robustness";
+
+/// What is rendered, by name. The camera's head is to one side, or a tie would be that of a whole row.
+fn cases() -> Vec<(String, Shot, Settings)> {
+    let mut cases = Vec::new();
+    for (i, settings) in every_switch().into_iter().enumerate() {
+        // Half as many pixels a side as these radii were made for.
+        let radius = match settings.radius {
+            Radius::Units(units) => Radius::Units(2.0 * units),
+            Radius::Percent(_) => settings.radius,
+        };
+        let shot = scenes::cornell_box().rolled();
+        let shot = if i % 2 == 0 { shot } else { shot.orthographic() };
+        cases.push((format!("{} {i}", settings.method.name()), shot, Settings { radius, ..settings }));
+    }
+    for shot in [scenes::nave(), scenes::ball(), scenes::box_on_a_floor(), scenes::two_layers(), scenes::pole()] {
+        let settings = Settings { radius: Radius::Units(shot.radius), ..Settings::default() };
+        cases.push((shot.name.into(), shot.rolled(), settings));
+    }
+    cases
+}
+
+/// Images of a frame as numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Buffers {
+    /// The case, and the samples and the format of normals that were given for it.
+    key: String,
+    buffers: Vec<Vec<f32>>,
+}
+
+/// What a pixel has of each, and how many numbers.
+pub(crate) const BUFFERS: [(&str, usize); 7] =
+    [("coverage", 1), ("depth", 1), ("normals", 3), ("colour", 3), ("edges", 1), ("raw AO", 1), ("AO", 1)];
+
+fn buffers(name: &str, frame: &Frame, settings: &Settings) -> Buffers {
+    let format = match frame.notices.is_empty() {
+        true => settings.normal_format.name(),
+        false => NormalFormat::Rgba16f.name(),
+    };
+    let one = |image: &Image<bool>| image.texels.iter().map(|&b| f32::from(u8::from(b))).collect();
+    Buffers {
+        key: format!("{name}, {} samples, {format}", frame.samples.len().max(1)),
+        buffers: vec![
+            one(&frame.covered()),
+            frame.depth.texels.clone(),
+            frame.normals.texels.concat(),
+            frame.colour.texels.iter().flatten().map(|&c| f32::from(c)).collect(),
+            one(&frame.edges),
+            frame.raw.texels.clone(),
+            frame.ao.texels.clone(),
+        ],
+    }
+}
+
+/// In a process of the driver's own: renders every case, holds it to its twins, and writes it to the file.
+fn render_to(path: &Path, driver: &Driver) {
+    let mut file = std::fs::File::create(path).unwrap();
+    let context = match Context::open(driver.backend) {
+        Ok(context) => context,
+        Err(error) => return writeln!(file, "none: {error}").unwrap(),
+    };
+    writeln!(file, "{}", context.describe()).unwrap();
+    if driver.optional && !context.describe().contains(driver.described) {
+        return;
+    }
+    if driver.environment.iter().any(|&(_, value)| value == HIDDEN) {
+        assert!(!context.gl().supported_extensions().contains("GL_KHR_debug"), "nothing is hidden");
+    }
+    for (name, shot, settings) in cases().into_iter().step_by(driver.every) {
+        let lesser = Settings { msaa: 1, normal_format: NormalFormat::Rgba16f, ..settings.clone() };
+        // What others fall back to is there to be compared with.
+        let all = if driver.name == DRIVERS[0].name { vec![settings, lesser] } else { vec![settings] };
+        for settings in all {
+            let frame = rig::render(context.gl(), &shot, SIZE, &settings);
+            let text = format!("{}\n{name}\n{}", context.describe(), settings.to_toml());
+            twin::hold_gbuffer(&frame, &shot, SIZE, &settings, &text);
+            twin::hold_raw(&frame, &settings, &text);
+            twin::hold_edges(&frame, &settings, &text);
+            twin::hold_blur(&frame, &settings, &text);
+            let Buffers { key, buffers } = buffers(&name, &frame, &settings);
+            writeln!(file, "{key}").unwrap();
+            for buffer in buffers {
+                writeln!(file, "{}", buffer.len()).unwrap();
+                file.write_all(&buffer.iter().flat_map(|f| f.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
+            }
+        }
+    }
+}
+
+/// What a process wrote: how its driver calls itself, and the frames.
+fn read(path: &Path) -> (String, Vec<Buffers>) {
+    let mut file = BufReader::new(std::fs::File::open(path).unwrap());
+    let line = |file: &mut BufReader<_>| {
+        let mut text = String::new();
+        file.read_line(&mut text).unwrap();
+        text.trim_end().to_string()
+    };
+    let described = line(&mut file);
+    let mut frames = Vec::new();
+    loop {
+        let key = line(&mut file);
+        if key.is_empty() {
+            return (described, frames);
+        }
+        let buffers = BUFFERS.map(|_| {
+            let mut bytes = vec![0; 4 * line(&mut file).parse::<usize>().unwrap()];
+            file.read_exact(&mut bytes).unwrap();
+            bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+        });
+        frames.push(Buffers { key, buffers: buffers.into() });
+    }
+}
+
+/// How far a driver's images of one kind are from the first driver's.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Difference {
+    /// Pixels compared, and those that differ at all.
+    pub(crate) compared: usize,
+    pub(crate) differ: usize,
+    /// By how much, the largest last.
+    all: Vec<f64>,
+    worst: String,
+}
+
+impl Difference {
+    /// The share of pixels that differ by more.
+    pub(crate) fn share_over(&self, tolerance: f64) -> f64 {
+        self.all.iter().filter(|&&d| d > tolerance).count() as f64 / self.compared.max(1) as f64
+    }
+
+    pub(crate) fn worst(&self) -> f64 {
+        self.all.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// Each of [`BUFFERS`], over all frames. Depth, relative, normals and ambient occlusion are those of pixels that hold a
+/// surface in both; colours are in steps of 8 bits.
+fn differences(got: &[Buffers], expected: &[Buffers]) -> [Difference; BUFFERS.len()] {
+    let mut found: [Difference; BUFFERS.len()] = Default::default();
+    for got in got {
+        let expected = expected.iter().find(|e| e.key == got.key).unwrap_or_else(|| panic!("no frame {}", got.key));
+        for (k, (name, channels)) in BUFFERS.into_iter().enumerate() {
+            let (a, b) = (&got.buffers[k], &expected.buffers[k]);
+            assert_eq!(a.len(), b.len(), "{}: {name}", got.key);
+            let pixels = a.len() / channels;
+            // Of ambient occlusion at half size, which pixels are covered is not asked.
+            let both = |i: usize| {
+                pixels != got.buffers[0].len() || (got.buffers[0][i] == 1.0 && expected.buffers[0][i] == 1.0)
+            };
+            for i in (0..pixels).filter(|&i| ["coverage", "colour", "edges"].contains(&name) || both(i)) {
+                let difference = (0..channels).map(|c| (a[channels * i + c], b[channels * i + c])).map(|(a, b)| {
+                    let difference = f64::from(a) - f64::from(b);
+                    if name == "depth" { (difference / f64::from(b)).abs() } else { difference.abs() }
+                });
+                let difference = difference.fold(0.0, f64::max);
+                let found = &mut found[k];
+                found.compared += 1;
+                if difference > 0.0 {
+                    if difference > found.all.iter().copied().fold(0.0, f64::max) {
+                        let width = if pixels == got.buffers[0].len() { SIZE.0 } else { SIZE.0.div_ceil(2) } as usize;
+                        found.worst = format!("{} at ({}, {})", got.key, i % width, i / width);
+                    }
+                    found.differ += 1;
+                    found.all.push(difference);
+                }
+            }
+        }
+    }
+    found.iter_mut().for_each(|found| found.all.sort_by(f64::total_cmp));
+    found
+}
+
+/// A driver, and its difference in each of [`BUFFERS`]; none where it is not installed.
+pub(crate) type Compared = (&'static Driver, Option<[Difference; BUFFERS.len()]>);
+
+/// Runs the frames on every driver, each in a process of its own, two at a time, and returns what became of each: none
+/// where the driver is not installed. Called by `test` alone, which is what the processes run.
+pub(crate) fn compared(test: &str) -> Option<Vec<Compared>> {
+    if let (Some(to), Ok(by)) = (std::env::var_os(TO), std::env::var(BY)) {
+        render_to(Path::new(&to), DRIVERS.iter().find(|driver| driver.name == by).unwrap());
+        return None;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = |i: usize| folder.path().join(i.to_string());
+    let start = |i: usize| {
+        let driver = &DRIVERS[i];
+        let mut child = Command::new(std::env::current_exe().unwrap());
+        child.args(["--exact", test, "--nocapture"]).envs(driver.environment.iter().copied());
+        child.env(TO, path(i)).env(BY, driver.name);
+        child.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let end = |child: Child, driver: &Driver| {
+        let output = child.wait_with_output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.contains("1 passed"), "{}: {}\n{text}", driver.name, output.status);
+    };
+    for pair in (0..DRIVERS.len()).collect::<Vec<_>>().chunks(2) {
+        let children: Vec<(Child, &Driver)> = pair.iter().map(|&i| (start(i), &DRIVERS[i])).collect();
+        children.into_iter().for_each(|(child, driver)| end(child, driver));
+    }
+    let (_, expected) = read(&path(0));
+    assert_eq!(expected.len(), 2 * cases().len());
+    let of = |(i, driver): (usize, &'static Driver)| {
+        let (described, frames) = read(&path(i));
+        if driver.optional && !described.contains(driver.described) {
+            return (driver, None);
+        }
+        assert!(described.contains(driver.described), "{}: this is {described}", driver.name);
+        assert_eq!(frames.len(), cases().len().div_ceil(driver.every), "{}", driver.name);
+        (driver, Some(differences(&frames, &expected)))
+    };
+    Some(DRIVERS.iter().enumerate().skip(1).map(of).collect())
+}
+
+impl Driver {
+    /// What differs by more than it may.
+    pub(crate) fn complaints(&self, found: &[Difference; BUFFERS.len()]) -> Vec<String> {
+        let mut complaints = Vec::new();
+        for (((name, _), (tolerance, share)), d) in BUFFERS.into_iter().zip(self.limits).zip(found) {
+            let over = d.share_over(tolerance);
+            if over > share {
+                complaints.push(format!(
+                    "{}, {name}: {over:.2e} of {} pixels differ by more than {tolerance}, where {share} may; by {:.3e} in {}",
+                    self.name, d.compared, d.worst(), d.worst
+                ));
+            }
+        }
+        complaints
+    }
+}
+
+/// The table of the README, and where each is worst for who asks why.
+pub(crate) fn table(all: &[Compared]) -> String {
+    let names = BUFFERS.map(|(name, _)| format!(" {name} |")).concat();
+    let mut text = format!("| driver |{names}\n|---|{}\n", "---|".repeat(BUFFERS.len()));
+    let mut places = String::new();
+    for (driver, found) in all {
+        let Some(found) = found else { continue };
+        let _ = write!(text, "| {} |", driver.name);
+        for ((name, _), d) in BUFFERS.into_iter().zip(found) {
+            if d.differ == 0 {
+                text += " same |";
+                continue;
+            }
+            let _ = write!(text, " {:.2} %, {} |", 100.0 * d.differ as f64 / d.compared as f64, short(d.worst()));
+            let shares = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0]
+                .map(|t| format!(" {t:.0e}: {:.4} %", 100.0 * d.share_over(t)));
+            let _ = writeln!(
+                places,
+                "{}, {name}: of {}, over{}; worst {:.3e} in {}",
+                driver.name,
+                d.compared,
+                shares.join(","),
+                d.worst(),
+                d.worst
+            );
+        }
+        text += "\n";
+    }
+    text + "\n" + &places
+}
+
+/// A number of two digits.
+fn short(x: f64) -> String {
+    match x {
+        x if x >= 1.0 => format!("{x:.0}"),
+        x if x >= 0.001 => format!("{x:.3}"),
+        x => format!("{x:.0e}"),
+    }
+}
+
+/// The comparison of frames made up here, in one of which a texel of each image is off.
+pub(crate) fn find_a_planted_difference() {
+    let texels = (SIZE.0 * SIZE.1) as usize;
+    let made_up = BUFFERS.map(|(_, channels)| vec![1.0; texels * channels]).to_vec();
+    let expected = [Buffers { key: "made up".into(), buffers: made_up }];
+    let same = differences(&expected, &expected);
+    assert!(same.iter().all(|d| d.differ == 0 && d.compared == texels));
+    assert!(DRIVERS[1].complaints(&same).is_empty());
+    for (k, (name, channels)) in BUFFERS.into_iter().enumerate() {
+        let mut got = expected.clone();
+        let texel = 3 * SIZE.0 as usize + 5;
+        got[0].buffers[k][texel * channels] = 0.75;
+        let found = differences(&got, &expected);
+        assert_eq!((found[k].differ, found[k].worst()), (1, 0.25), "{name}");
+        assert_eq!(found[k].worst, "made up at (5, 3)");
+        assert_eq!(DRIVERS[1].complaints(&found).len(), 1, "{name}");
+    }
+}

@@ -1,0 +1,446 @@
+//! A driver that refuses: every entry point that the library calls, in front of the real one, and each can be told to
+//! fail. What a refused call does is what OpenGL says of one that makes an error: nothing, but for the error's flag.
+//!
+//! All of it is the thread's own, as a context is. Objects made and deleted are counted too.
+
+use glow::HasContext as _;
+use hbao::context::Context;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::c_void;
+use std::sync::Arc;
+
+/// What goes wrong, at the call of this number (from 0) of those that it can happen to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// A call is ignored and leaves an error.
+    Ignored { nth: usize, error: u32 },
+    /// The same, of one entry point.
+    Refused { entry: &'static str, nth: usize, error: u32 },
+    /// `glGetError` tells an error that no call made, once.
+    Error { nth: usize, error: u32 },
+    /// The context is lost: from this call on all are ignored, and `glGetError` never says anything else.
+    Lost { nth: usize },
+    /// A framebuffer is not complete.
+    Incomplete { nth: usize, status: u32 },
+    /// A shader does not compile.
+    NotCompiled { nth: usize },
+    /// A program does not link.
+    NotLinked { nth: usize },
+    /// An object's name is 0, and no error tells why.
+    Nameless { nth: usize },
+    /// A query has no result, for ever.
+    NoResult,
+}
+
+/// An object that lives: its kind, and its name.
+pub type Object = (&'static str, u32);
+
+#[derive(Default)]
+struct Driver {
+    real: BTreeMap<&'static str, usize>,
+    fault: Option<Fault>,
+    /// Calls so far of those that the fault can happen to.
+    seen: usize,
+    /// The error's flag.
+    pending: Option<u32>,
+    lost: bool,
+    struck: bool,
+    objects: BTreeSet<Object>,
+    twice: Vec<Object>,
+    calls: BTreeMap<&'static str, usize>,
+}
+
+thread_local! {
+    static DRIVER: RefCell<Driver> = RefCell::default();
+}
+
+impl Driver {
+    /// True where it is this call's turn.
+    fn turn(&mut self, nth: usize) -> bool {
+        self.seen += 1;
+        self.struck |= self.seen == nth + 1;
+        self.seen == nth + 1
+    }
+
+    /// Whether the call is ignored.
+    fn ignores(&mut self, name: &'static str) -> bool {
+        let fault = self.fault;
+        let error = match fault {
+            Some(Fault::Ignored { nth, error }) if self.turn(nth) => error,
+            Some(Fault::Refused { entry, nth, error }) if entry == name && self.turn(nth) => error,
+            Some(Fault::Lost { nth }) => {
+                self.lost |= self.turn(nth);
+                return self.lost;
+            }
+            _ => return false,
+        };
+        self.pending = self.pending.or(Some(error));
+        true
+    }
+}
+
+/// The real entry point, or none where the call is ignored.
+fn enter(name: &'static str) -> Option<usize> {
+    DRIVER.with_borrow_mut(|driver| {
+        *driver.calls.entry(name).or_default() += 1;
+        (!driver.ignores(name)).then(|| driver.real[name])
+    })
+}
+
+/// The real entry point.
+fn real(name: &'static str) -> usize {
+    DRIVER.with_borrow_mut(|driver| {
+        *driver.calls.entry(name).or_default() += 1;
+        driver.real[name]
+    })
+}
+
+fn turn_of(fault: impl FnOnce(Fault) -> Option<usize>) -> bool {
+    DRIVER.with_borrow_mut(|driver| match driver.fault.and_then(fault) {
+        Some(nth) => driver.turn(nth),
+        None => false,
+    })
+}
+
+/// Entry points that are ignored or passed on. `=>` is what an ignored one returns. Addresses are written as `usize`.
+macro_rules! entry_points {
+    ($($name:ident($($arg:ident: $type:ty),*) $(-> $result:ty => $ignored:expr)?;)*) => {
+        #[allow(non_snake_case, clippy::too_many_arguments)]
+        mod shim {
+            $(pub(super) unsafe extern "system" fn $name($($arg: $type),*) $(-> $result)? {
+                let Some(address) = super::enter(stringify!($name)) else { return $($ignored)? };
+                // SAFETY: the address is the driver's own of this name, whose arguments these are.
+                unsafe {
+                    let real: unsafe extern "system" fn($($type),*) $(-> $result)? = std::mem::transmute(address);
+                    real($($arg),*)
+                }
+            })*
+        }
+        fn passed_on(name: &str) -> Option<*const c_void> {
+            match name {
+                $(stringify!($name) => Some(shim::$name as *const c_void),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+entry_points! {
+    glActiveTexture(unit: u32);
+    glAttachShader(program: u32, shader: u32);
+    glBeginQuery(target: u32, query: u32);
+    glBindBuffer(target: u32, buffer: u32);
+    glBindFragDataLocation(program: u32, number: u32, name: usize);
+    glBindFramebuffer(target: u32, framebuffer: u32);
+    glBindRenderbuffer(target: u32, renderbuffer: u32);
+    glBindSampler(unit: u32, sampler: u32);
+    glBindTexture(target: u32, texture: u32);
+    glBindVertexArray(vertices: u32);
+    glBufferData(target: u32, size: isize, data: usize, usage: u32);
+    glClearBufferfv(buffer: u32, number: i32, value: usize);
+    glClearBufferiv(buffer: u32, number: i32, value: usize);
+    glColorMaski(number: u32, r: u8, g: u8, b: u8, a: u8);
+    glCompileShader(shader: u32);
+    glDepthFunc(func: u32);
+    glDepthMask(on: u8);
+    glDisable(switch: u32);
+    glDisablei(switch: u32, number: u32);
+    glDrawArrays(mode: u32, first: i32, count: i32);
+    glDrawBuffer(buffer: u32);
+    glDrawBuffers(count: i32, buffers: usize);
+    glDrawElements(mode: u32, count: i32, kind: u32, offset: usize);
+    glEnable(switch: u32);
+    glEnablei(switch: u32, number: u32);
+    glEnableVertexAttribArray(number: u32);
+    glEndQuery(target: u32);
+    glFramebufferRenderbuffer(target: u32, attachment: u32, kind: u32, renderbuffer: u32);
+    glFramebufferTexture2D(target: u32, attachment: u32, kind: u32, texture: u32, level: i32);
+    glGetAttribLocation(program: u32, name: usize) -> i32 => -1;
+    glGetBooleanv(parameter: u32, values: usize);
+    glGetIntegeri_v(parameter: u32, number: u32, values: usize);
+    glGetIntegerv(parameter: u32, values: usize);
+    glGetProgramInfoLog(program: u32, size: i32, length: usize, log: usize);
+    glGetShaderInfoLog(shader: u32, size: i32, length: usize, log: usize);
+    glGetString(parameter: u32) -> usize => 0;
+    glGetStringi(parameter: u32, number: u32) -> usize => 0;
+    glGetTexImage(target: u32, level: i32, format: u32, kind: u32, texels: usize);
+    glGetTexLevelParameteriv(target: u32, level: i32, parameter: u32, values: usize);
+    glGetUniformLocation(program: u32, name: usize) -> i32 => -1;
+    glIsEnabled(switch: u32) -> u8 => 0;
+    glIsProgram(program: u32) -> u8 => 0;
+    glLinkProgram(program: u32);
+    glPixelStorei(parameter: u32, value: i32);
+    glPolygonMode(face: u32, mode: u32);
+    glReadBuffer(buffer: u32);
+    glReadPixels(x: i32, y: i32, width: i32, height: i32, format: u32, kind: u32, texels: usize);
+    glRenderbufferStorageMultisample(target: u32, samples: i32, format: u32, width: i32, height: i32);
+    glSamplerParameteri(sampler: u32, parameter: u32, value: i32);
+    glShaderSource(shader: u32, count: i32, texts: usize, lengths: usize);
+    glStencilFunc(func: u32, reference: i32, mask: u32);
+    glStencilFuncSeparate(face: u32, func: u32, reference: i32, mask: u32);
+    glStencilMask(mask: u32);
+    glStencilMaskSeparate(face: u32, mask: u32);
+    glStencilOp(fail: u32, depth_fail: u32, pass: u32);
+    glStencilOpSeparate(face: u32, fail: u32, depth_fail: u32, pass: u32);
+    glTexImage2D(target: u32, level: i32, internal: i32, width: i32, height: i32, border: i32, format: u32, kind: u32, texels: usize);
+    glTexImage2DMultisample(target: u32, samples: i32, internal: u32, width: i32, height: i32, fixed: u8);
+    glTexParameteri(target: u32, parameter: u32, value: i32);
+    glUniform1f(location: i32, x: f32);
+    glUniform1i(location: i32, x: i32);
+    glUniform2f(location: i32, x: f32, y: f32);
+    glUniform3f(location: i32, x: f32, y: f32, z: f32);
+    glUniformMatrix4fv(location: i32, count: i32, transpose: u8, values: usize);
+    glUseProgram(program: u32);
+    glVertexAttribPointer(number: u32, size: i32, kind: u32, normalised: u8, stride: i32, offset: usize);
+    glViewport(x: i32, y: i32, width: i32, height: i32);
+}
+
+/// Entry points that make and delete so many objects at a time.
+macro_rules! objects {
+    ($($made:ident $deleted:ident $kind:literal;)*) => {
+        #[allow(non_snake_case)]
+        mod object_shim {
+            $(pub(super) unsafe extern "system" fn $made(count: i32, names: *mut u32) {
+                let Some(address) = super::enter(stringify!($made)) else { return };
+                // SAFETY: the address is the driver's own of this name, and there is room for `count` names.
+                unsafe {
+                    if super::turn_of(super::nameless) {
+                        return names.write_bytes(0, count as usize);
+                    }
+                    let real: unsafe extern "system" fn(i32, *mut u32) = std::mem::transmute(address);
+                    real(count, names);
+                    (0..count as usize).for_each(|i| super::made($kind, *names.add(i)));
+                }
+            }
+            // Never ignored: a driver that loses its context frees what it held.
+            pub(super) unsafe extern "system" fn $deleted(count: i32, names: *const u32) {
+                let address = super::real(stringify!($deleted));
+                // SAFETY: as above.
+                unsafe {
+                    (0..count as usize).for_each(|i| super::deleted($kind, *names.add(i)));
+                    let real: unsafe extern "system" fn(i32, *const u32) = std::mem::transmute(address);
+                    real(count, names);
+                }
+            })*
+        }
+        fn of_objects(name: &str) -> Option<*const c_void> {
+            match name {
+                $(stringify!($made) => Some(object_shim::$made as *const c_void),)*
+                $(stringify!($deleted) => Some(object_shim::$deleted as *const c_void),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+objects! {
+    glGenBuffers glDeleteBuffers "buffer";
+    glGenFramebuffers glDeleteFramebuffers "framebuffer";
+    glGenQueries glDeleteQueries "query";
+    glGenRenderbuffers glDeleteRenderbuffers "renderbuffer";
+    glGenSamplers glDeleteSamplers "sampler";
+    glGenTextures glDeleteTextures "texture";
+    glGenVertexArrays glDeleteVertexArrays "vertex array";
+}
+
+fn nameless(fault: Fault) -> Option<usize> {
+    if let Fault::Nameless { nth } = fault { Some(nth) } else { None }
+}
+
+fn made(kind: &'static str, name: u32) {
+    DRIVER.with_borrow_mut(|driver| driver.objects.insert((kind, name)));
+}
+
+fn deleted(kind: &'static str, name: u32) {
+    DRIVER.with_borrow_mut(|driver| {
+        if !driver.objects.remove(&(kind, name)) {
+            driver.twice.push((kind, name));
+        }
+    });
+}
+
+/// The others, each with a fault of its own.
+#[allow(non_snake_case)]
+mod own {
+    use super::{Fault, deleted, enter, made, nameless, real, turn_of};
+    use std::mem::transmute;
+
+    type Of<A, R> = unsafe extern "system" fn(A) -> R;
+
+    // SAFETY, here and below: each address is the driver's own of that name, and the types are those of its arguments.
+    pub(super) unsafe extern "system" fn glCreateShader(stage: u32) -> u32 {
+        let Some(address) = enter("glCreateShader") else { return 0 };
+        if turn_of(nameless) {
+            return 0;
+        }
+        // SAFETY: as said above.
+        let name = unsafe { transmute::<usize, Of<u32, u32>>(address)(stage) };
+        made("shader", name);
+        name
+    }
+
+    pub(super) unsafe extern "system" fn glCreateProgram() -> u32 {
+        let Some(address) = enter("glCreateProgram") else { return 0 };
+        if turn_of(nameless) {
+            return 0;
+        }
+        // SAFETY: as said above.
+        let name = unsafe { transmute::<usize, unsafe extern "system" fn() -> u32>(address)() };
+        made("program", name);
+        name
+    }
+
+    pub(super) unsafe extern "system" fn glDeleteShader(name: u32) {
+        deleted("shader", name);
+        // SAFETY: as said above.
+        unsafe { transmute::<usize, Of<u32, ()>>(real("glDeleteShader"))(name) }
+    }
+
+    pub(super) unsafe extern "system" fn glDeleteProgram(name: u32) {
+        deleted("program", name);
+        // SAFETY: as said above.
+        unsafe { transmute::<usize, Of<u32, ()>>(real("glDeleteProgram"))(name) }
+    }
+
+    pub(super) unsafe extern "system" fn glFinish() {
+        // SAFETY: as said above. OpenGL gives it no error.
+        unsafe { transmute::<usize, unsafe extern "system" fn()>(real("glFinish"))() }
+    }
+
+    pub(super) unsafe extern "system" fn glFlush() {
+        // SAFETY: as said above. OpenGL gives it no error.
+        unsafe { transmute::<usize, unsafe extern "system" fn()>(real("glFlush"))() }
+    }
+
+    pub(super) unsafe extern "system" fn glGetError() -> u32 {
+        let address = real("glGetError");
+        let fault = super::DRIVER.with_borrow(|driver| driver.fault);
+        let told = super::DRIVER.with_borrow_mut(|driver| match fault {
+            _ if driver.lost => Some(glow::CONTEXT_LOST),
+            Some(Fault::Error { nth, error }) if driver.turn(nth) => Some(error),
+            _ => driver.pending.take(),
+        });
+        // SAFETY: as said above.
+        told.unwrap_or_else(|| unsafe { transmute::<usize, unsafe extern "system" fn() -> u32>(address)() })
+    }
+
+    pub(super) unsafe extern "system" fn glCheckFramebufferStatus(target: u32) -> u32 {
+        let Some(address) = enter("glCheckFramebufferStatus") else { return 0 };
+        let fault = super::DRIVER.with_borrow(|driver| driver.fault);
+        let told = super::DRIVER.with_borrow_mut(|driver| match fault {
+            Some(Fault::Incomplete { nth, status }) if driver.turn(nth) => Some(status),
+            _ => None,
+        });
+        // SAFETY: as said above.
+        told.unwrap_or_else(|| unsafe { transmute::<usize, Of<u32, u32>>(address)(target) })
+    }
+
+    type Get = unsafe extern "system" fn(u32, u32, *mut i32);
+
+    pub(super) unsafe extern "system" fn glGetShaderiv(shader: u32, parameter: u32, value: *mut i32) {
+        let Some(address) = enter("glGetShaderiv") else { return };
+        let fails = |fault| if let Fault::NotCompiled { nth } = fault { Some(nth) } else { None };
+        let refused = parameter == glow::COMPILE_STATUS && turn_of(fails);
+        // SAFETY: as said above.
+        unsafe { if refused { *value = 0 } else { transmute::<usize, Get>(address)(shader, parameter, value) } }
+    }
+
+    pub(super) unsafe extern "system" fn glGetProgramiv(program: u32, parameter: u32, value: *mut i32) {
+        let Some(address) = enter("glGetProgramiv") else { return };
+        let fails = |fault| if let Fault::NotLinked { nth } = fault { Some(nth) } else { None };
+        let refused = parameter == glow::LINK_STATUS && turn_of(fails);
+        // SAFETY: as said above.
+        unsafe { if refused { *value = 0 } else { transmute::<usize, Get>(address)(program, parameter, value) } }
+    }
+
+    pub(super) unsafe extern "system" fn glGetQueryObjectui64v(query: u32, parameter: u32, value: *mut u64) {
+        let Some(address) = enter("glGetQueryObjectui64v") else { return };
+        if turn_of(|fault| (fault == Fault::NoResult).then_some(0)) {
+            return;
+        }
+        // SAFETY: as said above.
+        unsafe { transmute::<usize, unsafe extern "system" fn(u32, u32, *mut u64)>(address)(query, parameter, value) }
+    }
+
+    pub(super) fn of(name: &str) -> Option<*const std::ffi::c_void> {
+        Some(match name {
+            "glCreateShader" => glCreateShader as *const _,
+            "glCreateProgram" => glCreateProgram as *const _,
+            "glDeleteShader" => glDeleteShader as *const _,
+            "glDeleteProgram" => glDeleteProgram as *const _,
+            "glFinish" => glFinish as *const _,
+            "glFlush" => glFlush as *const _,
+            "glGetError" => glGetError as *const _,
+            "glCheckFramebufferStatus" => glCheckFramebufferStatus as *const _,
+            "glGetShaderiv" => glGetShaderiv as *const _,
+            "glGetProgramiv" => glGetProgramiv as *const _,
+            "glGetQueryObjectui64v" => glGetQueryObjectui64v as *const _,
+            _ => return None,
+        })
+    }
+}
+
+/// The context's functions, behind those above. Any other is missing, so that a call of one that cannot be refused
+/// panics.
+pub fn refusing(context: &Context) -> Arc<glow::Context> {
+    DRIVER.take();
+    // SAFETY: the context is current on this thread; each function has the arguments of its name in OpenGL.
+    let gl = unsafe {
+        glow::Context::from_loader_function_cstr(|name| {
+            let Ok(text) = name.to_str() else { return std::ptr::null() };
+            let Some(shim) = passed_on(text).or_else(|| of_objects(text)).or_else(|| own::of(text)) else {
+                return std::ptr::null();
+            };
+            let address = context.get_proc_address(name) as usize;
+            assert_ne!(address, 0, "{text}");
+            DRIVER.with_borrow_mut(|driver| driver.real.insert(text.to_string().leak(), address));
+            shim
+        })
+    };
+    Arc::new(gl)
+}
+
+/// What came of a run.
+#[derive(Debug)]
+pub struct Told {
+    /// The fault happened.
+    pub struck: bool,
+    /// How many calls it could have happened to.
+    pub seen: usize,
+    /// An error that nobody asked for.
+    pub pending: Option<u32>,
+    /// Objects made in the run and left behind.
+    pub left: Vec<Object>,
+    /// Objects deleted that were not there.
+    pub twice: Vec<Object>,
+    /// How often each entry point was called.
+    pub calls: BTreeMap<&'static str, usize>,
+}
+
+/// Runs with a fault, in a context of [`refusing`].
+pub fn run<T>(gl: &glow::Context, fault: Option<Fault>, run: impl FnOnce() -> T) -> (T, Told) {
+    let before = DRIVER.with_borrow_mut(|driver| {
+        let objects = std::mem::take(&mut driver.objects);
+        *driver =
+            Driver { real: std::mem::take(&mut driver.real), objects: objects.clone(), fault, ..Driver::default() };
+        objects
+    });
+    let result = run();
+    let told = DRIVER.with_borrow_mut(|driver| {
+        driver.fault = None;
+        driver.lost = false;
+        Told {
+            struck: driver.struck,
+            seen: driver.seen,
+            pending: driver.pending.take(),
+            left: driver.objects.difference(&before).copied().collect(),
+            twice: driver.twice.clone(),
+            calls: std::mem::take(&mut driver.calls),
+        }
+    });
+    // SAFETY: the context is current.
+    let real = unsafe { gl.get_error() };
+    let pending = told.pending.or(Some(real).filter(|&error| error != glow::NO_ERROR));
+    (result, Told { pending, ..told })
+}
