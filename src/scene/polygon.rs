@@ -2,6 +2,7 @@
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
+use std::collections::HashSet;
 
 /// Cuts the faces of a model into triangles; keeps its memory from one face to the next.
 pub(super) struct Triangulator {
@@ -16,7 +17,7 @@ impl Triangulator {
     }
 
     /// The triangles of one face, as indices into its corners, wound as the face is. A face without area, or one
-    /// that crosses itself so badly that no ear is found, becomes a fan. Fewer than three corners give nothing.
+    /// that crosses itself so badly that no ear is found or none is looked for, becomes a fan. Fewer than three corners give nothing.
     pub(super) fn triangles(&mut self, corners: &[DVec3]) -> &[u32] {
         self.cut.clear();
         match corners.len() {
@@ -32,8 +33,10 @@ impl Triangulator {
                 self.cut.extend(split);
             }
             n => {
-                self.flatten(corners);
-                self.earcut.earcut_slice(&self.flat, &[], &mut self.cut);
+                if !returns_often(corners) {
+                    self.flatten(corners);
+                    self.earcut.earcut_slice(&self.flat, &[], &mut self.cut);
+                }
                 if self.cut.is_empty() {
                     self.cut.extend((1..n as u32 - 1).flat_map(|i| [0, i, i + 1]));
                 }
@@ -62,4 +65,15 @@ impl Triangulator {
         self.flat.clear();
         self.flat.extend(corners.iter().map(|&p| [(p - origin).dot(across), (p - origin).dot(up)]));
     }
+}
+
+/// Whether a large face is at each of its points more than twice on average, which no outline is, not even one that leads
+/// into its holes and back. earcut would take minutes for tens of thousands of such corners.
+fn returns_often(corners: &[DVec3]) -> bool {
+    const SMALL: usize = 256;
+    if corners.len() <= SMALL {
+        return false;
+    }
+    let points: HashSet<[u64; 3]> = corners.iter().map(|p| (p + 0.0).to_array().map(f64::to_bits)).collect();
+    2 * points.len() < corners.len()
 }
