@@ -14,7 +14,7 @@ use draw::{Batch, Drawn, batch};
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
-use hbao::scene::Projection;
+use hbao::scene::{Camera, Projection};
 use hbao::settings::Method;
 use hbao::{Pipeline, Request, Settings, rotation_tile};
 use proptest::prelude::Strategy as _;
@@ -111,15 +111,22 @@ fn held<A: Copy + Into<f64>, B: Copy + Into<f64>>(
 
 /// Whether R is so many texels that float32 cannot tell the sum of micro-spheres. Samples stand for the pi R_px^2 texels
 /// of R's disc, wherever the border clamps them to: at a texel's distance that is pi/4 of solid angle each, and the 1e-7
-/// that is rounded off n.D/|D| becomes some 1e-3 of A at R_px = 100. A limit of that sum, which nothing bounds: such
-/// pixels are scanned and counted, not compared.
-fn amplifies(settings: &Settings, projection: Projection, height: usize, z: f64) -> bool {
-    let across = match projection {
+/// that is rounded off n.D/|D|, times |r| where D's terms are as much longer than it, becomes some 1e-3 of A at R_px = 100.
+/// A limit of that sum, which nothing bounds: such pixels are scanned and counted, not compared.
+fn amplifies(
+    settings: &Settings,
+    camera: &Camera,
+    (width, height): (usize, usize),
+    (x, y): (usize, usize),
+    z: f64,
+) -> bool {
+    let across = match camera.projection {
         Projection::Perspective { tan_half_fov_y, .. } => 2.0 * z * tan_half_fov_y,
         Projection::Orthographic { half_height, .. } => 2.0 * half_height,
     };
-    let texels = height as f64 / f64::from(settings.ao_scale());
-    settings.method == Method::Microsphere && settings.radius_units().unwrap() / across * texels > 64.0
+    let (_, r) = camera.ray((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
+    let radius = settings.radius_units().unwrap() / across * height as f64 / f64::from(settings.ao_scale());
+    settings.method == Method::Microsphere && radius * r.length().sqrt() > 64.0
 }
 
 /// One frame, pass by pass.
@@ -172,7 +179,7 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     }
     let amplified = Image::from_fn(raw.width, raw.height, |x, y| {
         let z = depth.at(scale * x, scale * y).into();
-        covered.at(x, y) && amplifies(settings, camera.projection, depth.height, z)
+        covered.at(x, y) && amplifies(settings, &camera, (depth.width, depth.height), (scale * x, scale * y), z)
     });
     counts.amplified += amplified.texels.iter().filter(|&&a| a).count();
     let clear =

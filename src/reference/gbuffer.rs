@@ -27,14 +27,17 @@ pub fn gbuffer(
     normals: Normals,
     sample: [f64; 2],
 ) -> Image<Surface> {
-    let tracer = Tracer::new(mesh);
+    // About the eye: of a small scene far from the origin float64 itself has few digits, and none to round off again.
+    let mut mesh = mesh.clone();
+    mesh.positions.iter_mut().for_each(|p| *p -= camera.eye);
+    let tracer = Tracer::new(&mesh);
     let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
     let texel = |x: usize, y: usize| {
         let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
         let ray = |[dx, dy]: [f64; 2]| {
             let (u, v) = ((x as f64 + 0.5 + dx) / width as f64, (y as f64 + 0.5 + dy) / height as f64);
             let (start, r) = camera.ray(u, v);
-            (camera.eye + to_world(start), to_world(r), r)
+            (to_world(start), to_world(r), r)
         };
         let (origin, direction, _) = ray(sample);
         // r.z is 1, so that t is the depth.
