@@ -263,6 +263,7 @@ fn triangles_at_the_eye_and_of_no_area_leave_a_gbuffer_like_the_rays() {
             let surfaces = rig::surfaces::Surfaces {
                 depth: &frame.depth,
                 normals: &frame.normals,
+                rounded: 0.05,
                 mesh: &mesh,
                 camera: &shot.camera(size),
                 by: normals,

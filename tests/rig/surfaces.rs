@@ -16,8 +16,9 @@ const INTERPOLATED: f64 = 1e-5;
 /// What is compared.
 pub struct Surfaces<'a> {
     pub depth: &'a Image<f32>,
-    /// Of 8 bits or more.
     pub normals: &'a Image<[f32; 3]>,
+    /// By how much their format may turn them, degrees.
+    pub rounded: f64,
     pub mesh: &'a Mesh,
     pub camera: &'a Camera,
     pub by: Normals,
@@ -69,7 +70,7 @@ impl Surfaces<'_> {
             let degrees = n.cross(normal).length().atan2(n.dot(normal)).to_degrees();
             // A normal by derivatives is told from two positions a pixel apart, each rounded to 2^-24.
             let [x, y] = self.footprint(size, expected.depth);
-            let degrees_allowed = 0.5 + (10.0 * 6e-8 * position.length() / x.min(y)).to_degrees();
+            let degrees_allowed = self.rounded + (10.0 * 6e-8 * position.length() / x.min(y)).to_degrees();
             if (relative > relative_allowed || degrees > degrees_allowed)
                 && !self.meets_another(at, z, relative_allowed, (position, expected.normal))
                 && !self.edge_on(at)
@@ -84,13 +85,24 @@ impl Surfaces<'_> {
         Ok(compared)
     }
 
-    /// Whether a triangle is seen so nearly edge-on here that within a hundredth of a pixel of the sample its depth goes
-    /// through a third of itself: between two slices of depth, or beside its own line, no pixel of it is sure.
+    /// Whether a triangle at this pixel is seen so nearly edge-on that within a hundredth of a pixel of the sample its
+    /// depth goes through a third of itself: between two slices of depth, or beside its own line, none of it is sure.
     fn edge_on(&self, at: (usize, usize)) -> bool {
+        let size = [self.depth.width as f64, self.depth.height as f64];
+        let sample = [at.0 as f64 + 0.5 + self.sample[0], at.1 as f64 + 0.5 + self.sample[1]];
         self.mesh.triangles.iter().any(|triangle| {
             let [a, b, c] = triangle.map(|i| self.camera.to_eye(self.mesh.positions[i as usize]));
+            // What reaches the eye's plane may be anywhere in the picture.
+            let here = [a, b, c].iter().any(|corner| corner.z <= self.camera.near) || {
+                let window = [a, b, c].map(|corner| self.camera.project(corner));
+                (0..2).all(|axis| {
+                    let along = window.map(|uv| uv[axis] * size[axis]);
+                    let (low, high) = along.iter().fold((f64::MAX, f64::MIN), |(l, h), &p| (l.min(p), h.max(p)));
+                    (low - SURE..=high + SURE).contains(&sample[axis])
+                })
+            };
             let (low, high) = self.about(at, a, (b - a).cross(c - a));
-            low.signum() != high.signum() || high > 1.3 * low
+            here && (low.signum() != high.signum() || high > 1.3 * low)
         })
     }
 
