@@ -93,8 +93,7 @@ const AXES: [[&str; 3]; 10] = [
     [
         "fov",
         "Vertical field of view, degrees",
-        "Near 180 degrees a plane of the picture's border is met far away, by rays almost along it: depth is extrapolated, and \
-         off by some 1e-5 of itself; ambient occlusion is not.",
+        "Near 180 degrees a plane of the picture's border is met far away, by rays almost along it: depth is extrapolated.",
     ],
     [
         "grazing",
@@ -114,7 +113,7 @@ const AXES: [[&str; 3]; 10] = [
         "formats",
         "Formats",
         "Half floats have 11 bits: neighbours on a tilted plane rise and fall by a step of depth that is a share of R, so that planes \
-         occlude themselves, which an angle bias hides; the smaller R, the more. Eight bits of a normal are up to 0.3 degrees. \
+         occlude themselves, which on an open floor an angle bias hides; the smaller R, the more. Eight bits of a normal are up to 0.3 degrees. \
          Below a near plane of 6.1e-5 half floats lose their bits, and past 60000 their range: both are refused.",
     ],
 ];
