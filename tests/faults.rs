@@ -5,7 +5,7 @@
 #![cfg(target_os = "linux")]
 
 #[path = "rig/process.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, unreachable_pub)]
 mod process;
 
 use std::collections::BTreeMap;

@@ -53,8 +53,8 @@ pub(crate) fn not_made(gl: &glow::Context, place: &str) -> Error {
     check(gl, place).err().unwrap_or_else(silent)
 }
 
-/// Whether an error is about what was asked for, so that something else may do. Nothing else that is asked for brings
-/// back memory or a lost context, or objects that a driver does not make.
+/// Whether an error is about what was asked for, so that another format or fewer samples may do. Neither brings back a
+/// lost context or mends a driver that makes no objects; of memory, see [`is_out_of_memory`].
 pub(crate) fn is_refusal(error: &Error) -> bool {
     const OTHERS: [GlCause; 3] =
         [GlCause::Code(glow::OUT_OF_MEMORY), GlCause::Code(glow::CONTEXT_LOST), GlCause::NoObject];
