@@ -1,6 +1,6 @@
-// The cross-bilateral blur, ShaderX7 6.2: Gaussian in the image and in depth; and the 4x4 blur of 6.1, of equal weights.
-// From half resolution it upsamples; on edge pixels it is the supersampling blur, around each depth sample of the
-// pixel. Its float64 twin is src/reference/blur.rs.
+// The cross-bilateral blur, ShaderX7 6.2: Gaussian in the image and in depth; and the 4x4 blur of 6.1, of equal
+// weights. From half resolution it upsamples; on edge pixels it is the supersampling blur, around each depth sample of
+// the pixel. Its float64 twin is src/reference/blur.rs.
 //
 // Compiled in:
 //   FIRST_X, LAST_X, FIRST_Y, LAST_Y  the taps, in texels of ao_image from the one that holds the pixel

@@ -1,8 +1,8 @@
 // Ambient occlusion by marching rays over the depth image: ShaderX7 6.2's brute force. Its float64 twin is
 // src/reference/ray_march.rs.
 //
-// Compiled in: N_D azimuths about the normal and their unit vectors (DIRECTIONS), N_R rays at each, N_S steps along each
-// and EACH_STEP, as shared/sampling.glsl has it.
+// Compiled in: N_D azimuths about the normal and their unit vectors (DIRECTIONS), N_R rays at each, N_S steps along
+// each and EACH_STEP, as shared/sampling.glsl has it.
 out float out_0;
 
 uniform float near;

@@ -213,9 +213,9 @@ impl Programs {
 
 /// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
 ///
-/// All OpenGL state that it touches is put back, after an error too: what is tested, masked and blended, the stencil, the
-/// viewport, the program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels are
-/// unpacked. It needs OpenGL 3.3 core and no extension; state that later versions add is not looked at.
+/// All OpenGL state that it touches is put back, after an error too: what is tested, masked and blended, the stencil,
+/// the viewport, the program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels
+/// are unpacked. It needs OpenGL 3.3 core and no extension; state that later versions add is not looked at.
 ///
 /// Some of what may be under way OpenGL 3.3 can neither pause nor report. Transform feedback is refused. Conditional
 /// rendering would discard passes: end it first. Queries of samples, primitives and time count the passes too. And a

@@ -35,7 +35,21 @@ pub enum Error {
         place: String,
         /// The driver's words.
         what: String,
+        /// What the library itself goes by.
+        #[doc(hidden)]
+        cause: GlCause,
     },
+}
+
+/// Why OpenGL refused, for the library to act on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GlCause {
+    /// An error's code.
+    Code(u32),
+    /// No object was made, and no error says why.
+    NoObject,
+    /// The place's own finding: a framebuffer that is incomplete, a shader that does not compile.
+    Finding,
 }
 
 impl Error {
@@ -53,7 +67,11 @@ impl Error {
     }
 
     pub(crate) fn gl(place: impl Into<String>, what: impl Into<String>) -> Error {
-        Error::Gl { place: place.into(), what: what.into() }
+        Error::gl_because(place, what, GlCause::Finding)
+    }
+
+    pub(crate) fn gl_because(place: impl Into<String>, what: impl Into<String>, cause: GlCause) -> Error {
+        Error::Gl { place: place.into(), what: what.into(), cause }
     }
 
     pub(crate) fn input(path: impl Into<PathBuf>, what: impl Into<String>) -> Error {

@@ -25,8 +25,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// The system's memory; where there is no more of it, one line and exit code 1 as for all else that fails. By itself Rust
-/// would abort.
+/// The system's memory; where there is no more of it, one line and exit code 1 as for all else that fails. By itself
+/// Rust would abort.
 struct Memory;
 
 #[global_allocator]

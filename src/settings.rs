@@ -92,7 +92,8 @@ choice! {
 choice! {
     /// How sample positions are brought to texel centres.
     Snap {
-        /// The first offset and the step are rounded once each; samples then walk by whole texels. The chapter's choice.
+        /// The first offset and the step are rounded once each; samples then walk by whole texels. The chapter's
+        /// choice.
         #[default]
         Step = "step",
         /// Each sample's offset is rounded by itself.
@@ -299,7 +300,8 @@ pub struct Settings {
     pub blur: u32,
     /// The blur's form.
     pub blur_kernel: BlurKernel,
-    /// The blur's depth sigma in scene units; `None` is what [`Settings::depth_sigma`] says: R/4, or a share of the depth.
+    /// The blur's depth sigma in scene units; `None` is what [`Settings::depth_sigma`] says: R/4, or a share of the
+    /// depth.
     pub blur_depth_sigma: Option<f64>,
     /// Depth samples a pixel: 1, 2, 4 or 8. The driver may have fewer.
     pub msaa: u32,

@@ -11,9 +11,9 @@ use std::f64::consts::TAU;
 /// Fixed, so that every run and platform jitters alike.
 const SEED: u128 = 0x6862_616f_2008_0602;
 
-/// (cos a, sin a, b) with a uniform in [0, 2 pi / N_d) and b in [0, 1); a = b = 0 without jitter. For `ssao` unit vectors
-/// (x, y, z) uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter: those below would turn the offsets no
-/// further apart, and the rotation to (0, 0, -1) is not defined.
+/// (cos a, sin a, b) with a uniform in [0, 2 pi / N_d) and b in [0, 1); a = b = 0 without jitter. For `ssao` unit
+/// vectors (x, y, z) uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter: those below would turn the
+/// offsets no further apart, and the rotation to (0, 0, -1) is not defined.
 ///
 /// The pixel at window position (x, y), y up, uses texel (x mod 4, y mod 4). The same on every platform.
 pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {

@@ -16,8 +16,8 @@ use rig::{Limits, SIZE, everywhere, hold, scenes};
 /// What single precision leaves of a closed form.
 const FLOAT: f64 = 2e-5;
 
-/// Unit normals of planes that face the eye on the picture's axis, and of some that only its border sees: past 90 degrees
-/// n.z is positive, as on walls beside the camera.
+/// Unit normals of planes that face the eye on the picture's axis, and of some that only its border sees: past 90
+/// degrees n.z is positive, as on walls beside the camera.
 fn tilts() -> impl Iterator<Item = DVec3> {
     [0.0, 20.0, 45.0, 70.0, 80.0, 95.0, 110.0f64].into_iter().flat_map(|tilt| {
         [0.0, 37.0, 90.0, 211.0, 300.0f64].into_iter().take(if tilt == 0.0 { 1 } else { 5 }).map(move |turn| {

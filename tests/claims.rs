@@ -1,5 +1,5 @@
-//! What the papers say of the methods, each sentence as a measurement that would fail if it were false. Bounds are closed
-//! forms, worked out by hand beside each test, which shader and float64 twin must both meet.
+//! What the papers say of the methods, each sentence as a measurement that would fail if it were false. Bounds are
+//! closed forms, worked out by hand beside each test, which shader and float64 twin must both meet.
 //!
 //! That every plane is open when grounded by sample, and is not by direction, stands in `analytic.rs`.
 
@@ -117,8 +117,8 @@ fn a_hidden_layer_counts_for_spheres_and_creases_and_not_for_hbao() {
 /// Figure 6.2.4: points over the outer floor are above the height field, but the rim hides them from P. The horizon
 /// stays at the rim: with the rim met at (6, 0) and (6, 6) texels, A = 1 - (sin h_0 + sin h_45)/2.
 ///
-/// Rays at sines of 1/8 and 3/8 run into the rim, and those at 5/8 and 7/8 pass over it, since 4/sqrt(4^2 + 6^2) = 0.55:
-/// ray marching has A = 1/2.
+/// Rays at sines of 1/8 and 3/8 run into the rim, and those at 5/8 and 7/8 pass over it, since 4/sqrt(4^2 + 6^2) =
+/// 0.55: ray marching has A = 1/2.
 #[test]
 fn a_point_above_the_height_field_that_a_rim_hides_is_closed() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -237,8 +237,8 @@ fn unsnapped_samples_darken_a_plane_and_snapped_ones_do_not() {
 }
 
 /// Integrating the ambient occlusion: Eq. 6.2.8 is right where all samples of a direction share its angle, as they do
-/// when the step is snapped and nothing moves the first sample: then t_i = t and Eq. 6.2.9 says the same. Snapped one by
-/// one they do not share it, and the two differ.
+/// when the step is snapped and nothing moves the first sample: then t_i = t and Eq. 6.2.9 says the same. Snapped one
+/// by one they do not share it, and the two differ.
 #[test]
 fn both_groundings_agree_where_samples_share_their_angle_and_only_there() {
     let context = Context::open(Backend::Egl).unwrap();

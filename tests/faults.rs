@@ -4,6 +4,10 @@
 //! What needs a disk of its own is done in a mount namespace, where the machine lets one be made.
 #![cfg(target_os = "linux")]
 
+#[path = "rig/process.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod process;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Read as _, Write as _};
@@ -167,22 +171,31 @@ mod killed {
         whole(&arguments);
         let duration = start_of_run.elapsed();
         let (mut before, mut after) = (0, 0);
-        for kill in 0..KILLS {
+        let mut delay = duration;
+        for kill in 0.. {
+            // First all along a run as long as the last, then before it or beyond, where this machine is slower by now.
+            match kill {
+                0..KILLS => delay = duration * kill / KILLS,
+                _ if after == 0 => delay = delay * 3 / 2,
+                _ if before == 0 => delay /= 2,
+                _ => break,
+            }
+            assert!(kill < KILLS + 20, "{before} kills before any file had its name, {after} after all had, {delay:?}");
             let old = kill % 2 == 0;
             let folder = if old { with_old_files(&new) } else { tempfile::tempdir().unwrap() };
             let mut child = start(folder.path(), &arguments);
             child.stdin.take().unwrap().write_all(SCENE.as_bytes()).unwrap();
-            sleep(duration * kill / KILLS);
+            sleep(delay);
             let signal = SIGNALS[kill as usize % 3];
             send(&child, signal);
             let output = child.wait_with_output().unwrap();
             assert_ended(&output, signal);
-            let count = assert_whole(folder.path(), &new, old, &format!("signal {signal} at {kill}/{KILLS}"));
-            before += usize::from(count == 0);
+            let count = assert_whole(folder.path(), &new, old, &format!("signal {signal} after {delay:?}"));
+            // A kill at once is too easy.
+            before += usize::from(count == 0 && !delay.is_zero());
             after += usize::from(count == new.len());
         }
-        println!("{KILLS} kills: {before} before any file had its name, {after} after all had");
-        assert!(before > 0);
+        println!("{before} kills before any file had its name, {after} after all had");
     }
 
     /// At the very moment when so many files are under way, or have their names.
@@ -192,9 +205,13 @@ mod killed {
         let arguments = format!("{} --size 640x480", DUMP.replace("/dev/stdin", "cornell-box"));
         let new = whole(&arguments);
         let (mut written, mut named) = (0, 0);
-        for kill in 0..27 {
-            let (signal, count) = (SIGNALS[kill / 9], 1 + kill % 9);
-            let old = kill % 2 == 0;
+        // Each signal at each count, and then on at the first file until one was met under way.
+        for kill in 0..300 {
+            if kill >= 27 && written > 0 {
+                break;
+            }
+            let (signal, count) = (SIGNALS[kill / 9 % 3], if kill < 27 { 1 + kill % 9 } else { 1 });
+            let old = kill >= 27 || kill % 2 == 0;
             let folder = if old { with_old_files(&new) } else { tempfile::tempdir().unwrap() };
             let path = folder.path();
             let entries = |path: &Path| fs::read_dir(path).map_or(0, Iterator::count);
@@ -219,7 +236,8 @@ mod killed {
             written += usize::from(files(path).keys().any(|name| is_temporary(name)));
             named += usize::from((1..new.len()).contains(&now));
         }
-        println!("27 kills: {written} left files under way, {named} some files with and some without their names");
+        assert!(written > 0, "no kill met a file under way");
+        println!("{written} kills left files under way, {named} some files with and some without their names");
     }
 
     /// A pipe that nobody reads holds the command up when all files are written and none has its name yet.
@@ -293,7 +311,7 @@ mod disks {
         fs::create_dir(folder.path().join("disk")).unwrap();
         fs::write(folder.path().join("scene.obj"), SCENE).unwrap();
         let script = format!(
-            "mount -t tmpfs -o {options} none disk || exit 77; cd disk; ({prepare}) >/dev/null 2>&1; cd ..; \
+            "mount -t tmpfs none disk || exit 77; umount disk; mount -t tmpfs -o {options} none disk || exit 78; cd disk; ({prepare}) >/dev/null 2>&1; cd ..; \
              \"$0\" \"$@\"; code=$?; find disk -type f -size +0 -printf '%P %s\\n' | sort > listing; exit $code"
         );
         let user: &[&str] = if fs::metadata("/proc/self").is_ok_and(|me| std::os::unix::fs::MetadataExt::uid(&me) == 0)
@@ -305,13 +323,19 @@ mod disks {
         let mut all = command(folder.path(), "unshare", "");
         all.args(user).args(["--mount", "sh", "-c", &script, HBAO]).args(arguments.split_whitespace());
         let output = match all.output() {
-            Ok(output) if folder.path().join("listing").exists() => output,
-            other => {
-                println!("skipped: this machine lets no disk be mounted: {other:?}");
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                process::skip("unshare", "util-linux");
                 return None;
             }
+            other => other.unwrap(),
         };
-        Some((output, fs::read_to_string(folder.path().join("listing")).unwrap()))
+        // Either there is no namespace, of which unshare itself speaks, or in it no disk.
+        if output.status.code() == Some(77) || output.stderr.starts_with(b"unshare: unshare failed") {
+            process::not_permitted("a disk to be mounted");
+            return None;
+        }
+        let listing = fs::read_to_string(folder.path().join("listing"));
+        Some((output.clone(), listing.unwrap_or_else(|e| panic!("the script broke: {e}: {output:?}"))))
     }
 
     const RENDER: &str = "render scene.obj -o disk/out.png --dump disk/dump --timings disk/times.json \

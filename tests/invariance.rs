@@ -192,9 +192,9 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
     }
 }
 
-/// Creases are found where they are however fine the picture, and R covers the same part of the world. Where a sample is
-/// held against the direction's tangent or a ray, and not its own texel's, a tilted plane occludes itself by half a texel:
-/// of the talk and of marched rays more is open in a finer picture.
+/// Creases are found where they are however fine the picture, and R covers the same part of the world. Where a sample
+/// is held against the direction's tangent or a ray, and not its own texel's, a tilted plane occludes itself by half a
+/// texel: of the talk and of marched rays more is open in a finer picture.
 #[test]
 fn twice_the_size_gives_nearly_the_same_mean() {
     each_method(|context, shot, settings, what| {

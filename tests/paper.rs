@@ -1,5 +1,5 @@
-//! `hbao paper` writes one page that needs nothing but itself, with every figure, table and claim; at a size for a quick
-//! look, and with the built-in scenes alone.
+//! `hbao paper` writes one page that needs nothing but itself, with every figure, table and claim; at a size for a
+//! quick look, and with the built-in scenes alone.
 
 mod rig;
 

@@ -178,11 +178,12 @@ impl Wedge {
     }
 }
 
-/// Figure 6.1.4: of solid there is 0.75 about a corner and 0.25 about an edge. Each of the 16 texels of the tile is held
-/// to its own 16 samples, worked out here: that is exact but for samples within half a texel of the surface. Their mean
-/// is what the paper's numbers are about, and only near them: the tile's 16 vectors leave an edge up to 0.02 off (over
-/// all vectors the matrix gives 0.235 and 0.765 in an orthographic view, the mirror 0.25 and 0.75), and in a corner the
-/// walls at either side are nearer than P, so that the range check takes up to 0.19 of each share towards 0.5.
+/// Figure 6.1.4: of solid there is 0.75 about a corner and 0.25 about an edge. Each of the 16 texels of the tile is
+/// held to its own 16 samples, worked out here: that is exact but for samples within half a texel of the surface. Their
+/// mean is what the paper's numbers are about, and only near them: the tile's 16 vectors leave an edge up to 0.02 off
+/// (over all vectors the matrix gives 0.235 and 0.765 in an orthographic view, the mirror 0.25 and 0.75), and in a
+/// corner the walls at either side are nearer than P, so that the range check takes up to 0.19 of each share towards
+/// 0.5.
 #[test]
 fn a_corner_is_a_quarter_open_and_an_edge_three_quarters() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -244,8 +245,8 @@ fn floor(height_at: impl Fn(usize) -> f64) -> ByHand {
     heights(orthographic(1.0, SIZE), SIZE, |x, _| 200.5 - height_at(x))
 }
 
-/// Figure 6.2.4: S is above the height field, and a ridge that no sample falls on hides it from P. `ssao` calls it open,
-/// and HBAO finds the ridge on its way.
+/// Figure 6.2.4: S is above the height field, and a ridge that no sample falls on hides it from P. `ssao` calls it
+/// open, and HBAO finds the ridge on its way.
 #[test]
 fn a_sample_hidden_from_p_by_a_ridge_counts_as_open_where_hbao_is_occluded() {
     const P: usize = 150;
@@ -301,9 +302,9 @@ fn background_is_open_even_where_it_stands_for_a_depth_that_a_sample_exceeds() {
     assert_eq!(got, vec![1.0; view.depth.texels.len()]);
 }
 
-/// Edge-preserving blur: where the surface is the same along a column, its pixels see the same through every fourth row's
-/// vectors, and a mean over 4x4 pixels meets each of the sixteen once. On the wall that faces the camera there is no
-/// noise to begin with; beside a step there is much.
+/// Edge-preserving blur: where the surface is the same along a column, its pixels see the same through every fourth
+/// row's vectors, and a mean over 4x4 pixels meets each of the sixteen once. On the wall that faces the camera there is
+/// no noise to begin with; beside a step there is much.
 #[test]
 fn the_blur_of_4x4_leaves_no_noise_where_the_surface_is_the_same() {
     let context = Context::open(Backend::Egl).unwrap();

@@ -55,8 +55,8 @@ fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> A
     valued(name, value, help).allow_hyphen_values(true)
 }
 
-/// The path that a flag gives, of a file with this extension or of something like /dev/stdout: no model or settings file
-/// is overwritten by mistake.
+/// The path that a flag gives, of a file with this extension or of something like /dev/stdout: no model or settings
+/// file is overwritten by mistake.
 pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<Option<PathBuf>, Error> {
     let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
     let right = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));

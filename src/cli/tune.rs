@@ -245,7 +245,7 @@ fn summary(tuned: &Tuned, goal: Goal) -> String {
             let _ = writeln!(text, "{count:>6} {what}");
         }
     };
-    let unrendered = [Verdict::StepsBelowTexel, Verdict::DepthTooFar, Verdict::MoreWork, Verdict::Refused];
+    let unrendered = [Verdict::StepsBelowTexel, Verdict::DepthFormat, Verdict::MoreWork, Verdict::Refused];
     for verdict in unrendered {
         line(of(verdict).count(), &format!("not rendered: {}", why(verdict, goal)));
     }
@@ -272,7 +272,7 @@ fn why(verdict: Verdict, goal: Goal) -> &'static str {
         Verdict::Best if for_error => "the cheapest",
         Verdict::Best => "the most accurate",
         Verdict::StepsBelowTexel => "every step is below a texel, where A = 1 as with --method none",
-        Verdict::DepthTooFar => "depth-format r16f does not reach from the near to the far plane",
+        Verdict::DepthFormat => "depth-format r16f does not hold depths from the near to the far plane",
         Verdict::MoreWork if for_error => "more work than settings that reach the error",
         Verdict::MoreWork => "more work than settings that take over twice the time",
         Verdict::Refused => "the driver refuses them",

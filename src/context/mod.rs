@@ -166,7 +166,8 @@ impl Context {
         format!("{}: {renderer}, OpenGL {version}", self.backend().name())
     }
 
-    /// Why [`Backend::Auto`] passed over the backends that it tried before this one, in one line; none where it did not.
+    /// Why [`Backend::Auto`] passed over the backends that it tried before this one, in one line; none where it did
+    /// not.
     pub fn passed_over(&self) -> Option<&str> {
         self.passed_over.as_deref()
     }

@@ -125,7 +125,8 @@ impl Drop for Osmesa {
     }
 }
 
-/// OSMesa crashes where `GALLIUM_DRIVER` names a driver that it does not have, or zink, so such a name never gets there.
+/// OSMesa crashes where `GALLIUM_DRIVER` names a driver that it does not have, or zink, so such a name never gets
+/// there.
 fn check_driver(driver: Option<&OsStr>) -> Result<(), Error> {
     match driver {
         None => Ok(()),

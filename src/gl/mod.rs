@@ -7,6 +7,7 @@ pub(crate) mod texture;
 pub(crate) mod timer;
 
 use crate::Error;
+use crate::error::GlCause;
 use glow::HasContext;
 
 pub(crate) use program::{Defines, Program, Source, source};
@@ -14,10 +15,6 @@ pub(crate) use target::{Renderbuffer, Target};
 pub use texture::Format;
 pub(crate) use texture::{MultisampleTexture, Texture};
 pub use timer::{PassTime, Timers};
-
-const OUT_OF_MEMORY: &str = "out of memory: render at a smaller size";
-const LOST: &str = "the driver has lost its context: start again, and smaller or simpler if that repeats";
-const NO_OBJECT: &str = "the driver made no object and does not say why";
 
 /// Turns the errors that OpenGL has recorded into ours. `place` is the pass or object at hand.
 pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
@@ -32,34 +29,46 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
     }
     match first {
         None => Ok(()),
-        Some(code) => Err(Error::gl(
+        Some(code) => Err(Error::gl_because(
             place,
             match code {
                 glow::INVALID_ENUM => "invalid enum".into(),
                 glow::INVALID_VALUE => "invalid value".into(),
                 glow::INVALID_OPERATION => "invalid operation".into(),
                 glow::INVALID_FRAMEBUFFER_OPERATION => "invalid framebuffer operation".into(),
-                glow::OUT_OF_MEMORY => OUT_OF_MEMORY.into(),
-                glow::CONTEXT_LOST => LOST.into(),
+                glow::OUT_OF_MEMORY => "out of memory: render at a smaller size".into(),
+                glow::CONTEXT_LOST => {
+                    "the driver has lost its context: start again, and smaller or simpler if that repeats".into()
+                }
                 other => format!("error 0x{other:04x}"),
             },
+            GlCause::Code(code),
         )),
     }
 }
 
 /// Why no object was made, of the flag that OpenGL may have left or may not.
 pub(crate) fn not_made(gl: &glow::Context, place: &str) -> Error {
-    check(gl, place).err().unwrap_or_else(|| Error::gl(place, NO_OBJECT))
+    let silent = || Error::gl_because(place, "the driver made no object and does not say why", GlCause::NoObject);
+    check(gl, place).err().unwrap_or_else(silent)
 }
 
-/// Whether an error is about what was asked for, so that something else may do: it would not mend the others.
+/// Whether an error is about what was asked for, so that another format or fewer samples may do. Neither brings back a
+/// lost context or mends a driver that makes no objects; of memory, see [`is_out_of_memory`].
 pub(crate) fn is_refusal(error: &Error) -> bool {
-    matches!(error, Error::Gl { what, .. } if ![OUT_OF_MEMORY, LOST, NO_OBJECT].contains(&what.as_str()))
+    const OTHERS: [GlCause; 3] =
+        [GlCause::Code(glow::OUT_OF_MEMORY), GlCause::Code(glow::CONTEXT_LOST), GlCause::NoObject];
+    matches!(error, Error::Gl { cause, .. } if !OTHERS.contains(cause))
 }
 
 /// Whether an error is that there is no memory, of which something smaller may still find enough.
 pub(crate) fn is_out_of_memory(error: &Error) -> bool {
-    matches!(error, Error::Gl { what, .. } if what == OUT_OF_MEMORY)
+    matches!(error, Error::Gl { cause: GlCause::Code(glow::OUT_OF_MEMORY), .. })
+}
+
+/// Whether an error is that the call is not allowed as things are.
+pub(crate) fn is_invalid_operation(error: &Error) -> bool {
+    matches!(error, Error::Gl { cause: GlCause::Code(glow::INVALID_OPERATION), .. })
 }
 
 /// The most samples a pixel that this driver can draw into textures and read from them.

@@ -1,6 +1,6 @@
 //! The caller's OpenGL state, saved and put back around passes that run in somebody else's context.
 
-use super::{Target, check};
+use super::{Target, check, is_invalid_operation};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -83,6 +83,9 @@ struct Unit {
     sampler: Option<glow::Sampler>,
 }
 
+/// Where errors are said to be that come up before a pass runs.
+const SAVING: &str = "saving the application's state";
+
 /// Everything that the passes of [`crate::AmbientOcclusion`] change, as it was found; put back when dropped.
 pub(crate) struct SavedState {
     gl: Arc<glow::Context>,
@@ -119,15 +122,16 @@ impl SavedState {
     /// stencil's parameters are saved where one will be used: by a target that has one.
     ///
     /// # Errors
-    /// Where transform feedback is under way. No error may be pending.
+    /// Where transform feedback is under way, or what OpenGL has against saving. No error may be pending.
     pub(crate) fn save(gl: &Arc<glow::Context>, stencil: Option<&Target>) -> Result<SavedState, Error> {
-        // OpenGL 3.3 can neither pause transform feedback nor report it; but while it captures, no program can be put in
-        // use, the one in use included.
+        // OpenGL 3.3 can neither pause transform feedback nor report it; but while it captures, no program can be put
+        // in use, the one in use included.
         // SAFETY: the context is current.
         unsafe { gl.use_program(gl.get_parameter_program(glow::CURRENT_PROGRAM)) };
-        if check(gl, "program").is_err() {
-            return Err(Error::gl("ambient occlusion", "transform feedback is under way: end it first"));
-        }
+        check(gl, SAVING).map_err(|error| match is_invalid_operation(&error) {
+            true => Error::gl("ambient occlusion", "transform feedback is under way: end it first"),
+            false => error,
+        })?;
         // SAFETY: the context is current, and each parameter is core with as many values as asked for.
         unsafe {
             let int = |parameter| gl.get_parameter_i32(parameter);
@@ -186,14 +190,14 @@ impl SavedState {
 }
 
 impl SavedState {
-    /// Runs passes, and puts the state back after them, an error or not. What OpenGL has against either is told as that, and
-    /// neither in a pass's name nor, by the next run, in the application's.
+    /// Runs passes, and puts the state back after them, an error or not. What OpenGL has against either is told as
+    /// that, and neither in a pass's name nor, by the next run, in the application's.
     pub(crate) fn put_back_after<T>(
         self,
         gl: &glow::Context,
         run: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let result = check(gl, "saving the application's state").and_then(|()| run());
+        let result = check(gl, SAVING).and_then(|()| run());
         drop(self);
         let put_back = check(gl, "putting the application's state back");
         let value = result?;

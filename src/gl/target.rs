@@ -112,8 +112,8 @@ impl Target {
     /// The stencil's value of each pixel, the bottom row first. `place` names what they are in errors.
     pub(crate) fn read_stencil(&self, place: &str) -> Result<Vec<u8>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize];
-        // SAFETY: the context is current and the framebuffer ours, and bound and packed as said, or it is not read. `bytes`
-        // holds a byte for each pixel, packed without gaps.
+        // SAFETY: the context is current and the framebuffer ours, and bound and packed as said, or it is not read.
+        // `bytes` holds a byte for each pixel, packed without gaps.
         let bind = || unsafe { self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id)) };
         let (width, height) = (self.width as i32, self.height as i32);
         // SAFETY: as above.

@@ -172,8 +172,8 @@ pub(super) struct DefaultPacking<'a> {
 }
 
 impl DefaultPacking<'_> {
-    /// Reads pixels back, of what `bind` binds. Where OpenGL refuses that, or how they are to be packed, they are not read:
-    /// another image, or another way to pack it, would reach past the memory made for this one.
+    /// Reads pixels back, of what `bind` binds. Where OpenGL refuses that, or how they are to be packed, they are not
+    /// read: another image, or another way to pack it, would reach past the memory made for this one.
     pub(super) fn around(
         gl: &glow::Context,
         place: &str,

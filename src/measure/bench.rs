@@ -102,7 +102,8 @@ fn of(base: &Settings, method: Method) -> Settings {
     Settings { ssao_samples, ssao_rotation, ssao_depth, blur: TABLE_BLUR, ..own }
 }
 
-/// Table 6.2.1: whole frames, `hbao` with samples and without, at half resolution and with 1 and 4 depth samples a pixel.
+/// Table 6.2.1: whole frames, `hbao` with samples and without, at half resolution and with 1 and 4 depth samples a
+/// pixel.
 pub fn table(base: &Settings, size: (u32, u32)) -> Vec<Case> {
     let hbao = of(base, Method::Hbao);
     let mut cases = Vec::new();
@@ -159,8 +160,8 @@ pub fn scaling(base: &Settings, size: (u32, u32), triangles: usize) -> Vec<Case>
     cases
 }
 
-/// What was measured of a case: milliseconds run by run, by the driver's timer where it has one, else on the wall from a
-/// finished queue to a finished queue. What there is no pass for takes 0.
+/// What was measured of a case: milliseconds run by run, by the driver's timer where it has one, else on the wall from
+/// a finished queue to a finished queue. What there is no pass for takes 0.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// Of what.
@@ -202,8 +203,8 @@ impl Row {
         median(&self.ao_ms.iter().zip(&self.floor_ms).map(|(ao, floor)| ao / floor).collect::<Vec<_>>())
     }
 
-    /// Of these times, the median in nanoseconds for each sample, as if no texel left early: where the radius is small on
-    /// the screen, many do, and fetch nothing. NaN without samples.
+    /// Of these times, the median in nanoseconds for each sample, as if no texel left early: where the radius is small
+    /// on the screen, many do, and fetch nothing. NaN without samples.
     pub fn ns_per_sample(&self, times: &[f64]) -> f64 {
         match self.case.fetches() {
             0 => f64::NAN,

@@ -1,7 +1,8 @@
 //! What float32 and narrower formats do to an image: each pass against the same equations in float64.
 //!
-//! A pass is held to its twin twice. On the images that the GPU itself made the difference is the pass's own arithmetic;
-//! on what rays meet in float64, where nothing was rounded on the way, it is all that went wrong up to there.
+//! A pass is held to its twin twice. On the images that the GPU itself made the difference is the pass's own
+//! arithmetic; on what rays meet in float64, where nothing was rounded on the way, it is all that went wrong up to
+//! there.
 
 use crate::image::Image;
 use crate::reference::{self, gbuffer::Surface};
@@ -14,8 +15,8 @@ use glam::{DVec3, Vec3};
 /// and twice that is left for what clipping and interpolation add.
 const SNAPPED: f64 = 2.0 / 256.0;
 
-/// How much, in radians, the normal drawn must differ from all that rays meet about a pixel to be of a side turned away:
-/// more than any format rounds.
+/// How much, in radians, the normal drawn must differ from all that rays meet about a pixel to be of a side turned
+/// away: more than any format rounds.
 const SLIVER: f64 = 0.03;
 
 /// How large the differences of some pixels are.
@@ -54,20 +55,20 @@ pub struct Precision {
     /// Pixels that hold a surface.
     pub covered: usize,
     /// Of those, where the rasteriser, within its grid of 1/256 pixel, took another surface than the ray through the
-    /// pixel's centre meets. They are compared with that other surface; where it is a sliver of a side turned away, which
-    /// no ray meets, with what was drawn.
+    /// pixel's centre meets. They are compared with that other surface; where it is a sliver of a side turned away,
+    /// which no ray meets, with what was drawn.
     pub beside: usize,
     /// Depth, relative to the ray's.
     pub depth: Spread,
     /// Normals, in degrees.
     pub normals: Spread,
-    /// Ambient occlusion before the blur against its twin on the same depth and normals: float32 arithmetic alone. Without
-    /// the pixels that the twin calls ambiguous.
+    /// Ambient occlusion before the blur against its twin on the same depth and normals: float32 arithmetic alone.
+    /// Without the pixels that the twin calls ambiguous.
     pub arithmetic: Spread,
     /// How many those are.
     pub ambiguous: usize,
-    /// Ambient occlusion before the blur against its twin on float64 depth and normals: formats, G-buffer and arithmetic.
-    /// Without the pixels that are ambiguous there.
+    /// Ambient occlusion before the blur against its twin on float64 depth and normals: formats, G-buffer and
+    /// arithmetic. Without the pixels that are ambiguous there.
     pub whole: Spread,
     /// How many those are.
     pub whole_ambiguous: usize,
@@ -93,7 +94,8 @@ pub struct Images {
 }
 
 /// The scene as the rasteriser may have taken it: at each pixel that of the surfaces within its grid about the centre
-/// which is nearest to the depth and normal drawn, or what was drawn where it is none of several. Second, at how many pixels that is another than at the centre.
+/// which is nearest to the depth and normal drawn, or what was drawn where it is none of several. Second, at how many
+/// pixels that is another than at the centre.
 fn as_drawn(
     (mesh, camera, from): (&Mesh, &Camera, Normals),
     depth: &Image<f32>,
@@ -138,8 +140,8 @@ fn degrees(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// A way to render and measure views with one choice of settings, which must have one sample a pixel, full resolution and
-/// a radius in scene units.
+/// A way to render and measure views with one choice of settings, which must have one sample a pixel, full resolution
+/// and a radius in scene units.
 pub struct Bench {
     pipeline: Pipeline,
     settings: Settings,
@@ -218,9 +220,9 @@ pub fn biased(images: &Images, camera: &Camera, settings: &Settings) -> Result<I
 /// The gaps that [`untold`] looks at, relative to the depth: four to each power of ten.
 const GAPS: [f64; 2] = [1e-1, 1e-7];
 
-/// How near one behind the other two surfaces at the depth z may lie, relative to z, for the farther one to be drawn over
-/// the nearer at some pixel: the largest such gap, 0 where there is none. Before a plate that is tilted both ways and
-/// drawn first, strips parallel to it stand at gaps that shrink from one to the next.
+/// How near one behind the other two surfaces at the depth z may lie, relative to z, for the farther one to be drawn
+/// over the nearer at some pixel: the largest such gap, 0 where there is none. Before a plate that is tilted both ways
+/// and drawn first, strips parallel to it stand at gaps that shrink from one to the next.
 ///
 /// # Errors
 /// As [`Pipeline::render`].

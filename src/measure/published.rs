@@ -12,7 +12,8 @@ pub const EIGHT: usize = 3;
 /// One card's row of [`TABLE_6_2_1`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRow {
-    /// `half`: ambient occlusion at half resolution and one sample a pixel; `msaa1` and `msaa4`: in full, so many samples.
+    /// `half`: ambient occlusion at half resolution and one sample a pixel; `msaa1` and `msaa4`: in full, so many
+    /// samples.
     pub mode: &'static str,
     /// The graphics card, a GeForce.
     pub card: &'static str,

@@ -135,8 +135,8 @@ pub fn measure(
     Ok(rows)
 }
 
-/// Times passes in `runs` interleaved rounds after one that compiles the shaders and is not counted: milliseconds of each,
-/// run by run. `progress` is called after each rendering.
+/// Times passes in `runs` interleaved rounds after one that compiles the shaders and is not counted: milliseconds of
+/// each, run by run. `progress` is called after each rendering.
 pub(super) fn interleaved(
     passes: &mut [(AmbientOcclusion, Inputs)],
     timers: &mut Timers,

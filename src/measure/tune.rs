@@ -2,8 +2,8 @@
 //!
 //! What a view does not ask for is known before anything is rendered ([`Requirements`]). Of the rest each is rendered
 //! once, the least work first, since its error does not depend on time; those that can still win are timed roughly, and
-//! those near the goal are varied knob by knob. At last the contenders are timed in interleaved rounds, and the finalists
-//! of those for longer. It is no proof: settings far from all that is near the goal are not looked at.
+//! those near the goal are varied knob by knob. At last the contenders are timed in interleaved rounds, and the
+//! finalists of those for longer. It is no proof: settings far from all that is near the goal are not looked at.
 
 pub mod choice;
 mod space;
@@ -59,8 +59,8 @@ pub enum Verdict {
     Best,
     /// Not rendered: every step is below a texel, where A = 1 as without a method.
     StepsBelowTexel,
-    /// Not rendered: a 16-bit depth does not reach the far plane.
-    DepthTooFar,
+    /// Not rendered: a 16-bit depth does not hold both the near and the far plane.
+    DepthFormat,
     /// Not rendered: more work than settings that reach the error, or that take far longer than the time.
     MoreWork,
     /// The driver refuses them.
@@ -86,7 +86,7 @@ impl Verdict {
             Verdict::Open => "open",
             Verdict::Best => "best",
             Verdict::StepsBelowTexel => "steps-below-texel",
-            Verdict::DepthTooFar => "depth-too-far",
+            Verdict::DepthFormat => "depth-format",
             Verdict::MoreWork => "more-work",
             Verdict::Refused => "refused",
             Verdict::TooInaccurate => "too-inaccurate",
@@ -143,8 +143,8 @@ pub struct Tuned {
 }
 
 impl Tuned {
-    /// The answer, and then those of the timed that came nearest to it: that would have won with the least change of what
-    /// is limited and of what is sought, both as factors.
+    /// The answer, and then those of the timed that came nearest to it: that would have won with the least change of
+    /// what is limited and of what is sought, both as factors.
     pub fn nearest(&self, goal: Goal, count: usize) -> Vec<usize> {
         let of = |i: usize| Some(goal.of(self.tried[i].ms()?, self.tried[i].rmse()?));
         let Some((best, (_, sought))) = self.best.and_then(|i| Some((i, of(i)?))) else { return Vec::new() };
@@ -236,8 +236,8 @@ impl<'a> Tuner<'a> {
         &self.requirements
     }
 
-    /// Searches. The contenders are timed in `runs` interleaved rounds, the finalists in as many again and three times as
-    /// many. `progress` is called with what is done and what there is to do, as far as that is known.
+    /// Searches. The contenders are timed in `runs` interleaved rounds, the finalists in as many again and three times
+    /// as many. `progress` is called with what is done and what there is to do, as far as that is known.
     ///
     /// # Errors
     /// A view or a truth without a pixel to compare, or what the driver refused where it refused all.
@@ -316,7 +316,7 @@ impl<'a> Tuner<'a> {
     /// Why settings need not be rendered, if so.
     fn unrendered(&self, settings: &Settings, goal: Goal) -> Option<Verdict> {
         if check_depth_range(settings, self.camera).is_err() {
-            return Some(Verdict::DepthTooFar);
+            return Some(Verdict::DepthFormat);
         }
         if exits_early(settings.method) && step(self.requirements.radius_px.1, settings) < SURELY_BELOW {
             return Some(Verdict::StepsBelowTexel);

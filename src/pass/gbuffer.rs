@@ -160,16 +160,16 @@ fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
 /// How far away the end of a slice may be, as a multiple of its beginning.
 const SLICE: f64 = 100.0;
 
-/// How far a slice reaches into the one behind it, which it is drawn over. The corners that clipping makes are put on the
-/// rasteriser's grid of 256 to a pixel: where a surface seen edge-on goes through the overlap within one of these, a pixel
-/// centre on it may fall between the slices. At 1.01 walls of an orthographic room had such holes.
+/// How far a slice reaches into the one behind it, which it is drawn over. The corners that clipping makes are put on
+/// the rasteriser's grid of 256 to a pixel: where a surface seen edge-on goes through the overlap within one of these,
+/// a pixel centre on it may fall between the slices. At 1.01 walls of an orthographic room had such holes.
 const OVERLAP: f64 = 1.5;
 
 /// The view in slices of depth, the farthest first, each drawn over those behind it with a depth buffer of its own. The
 /// depth test resolves 2^-24 of 1/near - 1/far, or of far - near where the view is orthographic: over the whole of a
 /// near/far ratio of 1e-6 that would leave 6 % of the distance at the far end, or at the near one; over a slice it is
-/// 9e-6. A depth written by the fragment shader would resolve as much, but be one for all samples of a pixel, taken where
-/// the triangle may not even be.
+/// 9e-6. A depth written by the fragment shader would resolve as much, but be one for all samples of a pixel, taken
+/// where the triangle may not even be.
 fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     let (near, far) = (camera.near, camera.far);
     let count = (far / near).log(SLICE).ceil().max(1.0);
@@ -177,8 +177,8 @@ fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     (0..count as u32).rev().map(|i| [end(i.into()), (OVERLAP * end(f64::from(i) + 1.0)).min(far)]).collect()
 }
 
-/// The middle of the near plane, which the shader's positions are relative to. What moves from pixel to pixel is then not
-/// rounded off beside a distance that all of the scene has in common: normals are its derivatives.
+/// The middle of the near plane, which the shader's positions are relative to. What moves from pixel to pixel is then
+/// not rounded off beside a distance that all of the scene has in common: normals are its derivatives.
 fn origin(camera: &Camera) -> DVec3 {
     // As the shader adds it.
     f64::from(camera.near as f32) * DVec3::Z

@@ -81,8 +81,8 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target, whose texels `grid` is. `near` is where rays are clipped and `radius` is R, both in
-    /// scene units.
+    /// Draws A into the bound target, whose texels `grid` is. `near` is where rays are clipped and `radius` is R, both
+    /// in scene units.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
@@ -137,11 +137,11 @@ fn defines(settings: &Settings, variant: Variant) -> Defines {
     defines
 }
 
-/// `step(1) step(2)` and so on, as a macro's body. Mesa unrolls a loop over 8 steps of ours and leaves one over 12 as it is,
-/// which takes llvmpipe 1.6 times as long a step; what is written out needs no unrolling.
+/// `step(1) step(2)` and so on, as a macro's body. Mesa unrolls a loop over 8 steps of ours and leaves one over 12 as
+/// it is, which takes llvmpipe 1.6 times as long a step; what is written out needs no unrolling.
 fn each_step(directions: u32, steps: u32) -> String {
-    // More are a loop over so many or fewer, lest shaders grow without end. Mesa's softpipe unrolls up to 32 directions too,
-    // and overflows its stack at 31 of 32 steps.
+    // More are a loop over so many or fewer, lest shaders grow without end. Mesa's softpipe unrolls up to 32 directions
+    // too, and overflows its stack at 31 of 32 steps.
     let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
     let call = |i: &str| format!("step({i}) ");
     let loops = steps.div_ceil(most);

@@ -54,7 +54,8 @@ impl TextureTarget {
 /// A texture of somebody else's, or one lent out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TextureRef {
-    /// The texture. As an input its level 0 is read, whatever its own filter and wrap modes.
+    /// The texture. As an input its base level is read, level 0 unless the caller set another, whatever its filter and
+    /// wrap modes.
     pub texture: glow::Texture,
     /// What kind it is.
     pub target: TextureTarget,

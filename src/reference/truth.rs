@@ -17,9 +17,9 @@ use std::f64::consts::TAU;
 /// Of what each pixel's sequence of random numbers is made.
 const SEED: u128 = 0x7472_7574_6820_2008;
 
-/// How far from its start a ray begins to look for occluders, as a share of the scene's size and of the start's distance
-/// from the world's origin. A ray that leaves a plane meets it again only by rounding, some 1e-16 of these away; an
-/// occluder nearer than this is missed.
+/// How far from its start a ray begins to look for occluders, as a share of the scene's size and of the start's
+/// distance from the world's origin. A ray that leaves a plane meets it again only by rounding, some 1e-16 of these
+/// away; an occluder nearer than this is missed.
 const CLEARANCE: f64 = 1e-11;
 
 /// What is traced: a scene seen by a camera, with the radius and attenuation of the settings.
@@ -45,8 +45,8 @@ pub struct Traced {
 }
 
 impl<'a> Truth<'a> {
-    /// Prepares to trace `rays` rays from each pixel's surface point; even, and at least 2, since the noise is estimated
-    /// from two halves.
+    /// Prepares to trace `rays` rays from each pixel's surface point; even, and at least 2, since the noise is
+    /// estimated from two halves.
     ///
     /// # Errors
     /// A radius in percent, or a number of rays that is odd or 0.

@@ -38,14 +38,14 @@ pub(crate) type Limits = [(f64, f64); BUFFERS.len()];
 /// The same driver: how it was reached, how many threads it has, and how wide its vectors are must not show.
 const SAME: Limits = [(0.0, 0.0); BUFFERS.len()];
 
-/// Another driver with another rasteriser and interpreter, no samples, and normals that fall back to rgba16f. Each figure
-/// is about twice what was measured with Mesa 22.3.6; what was measured stands in brackets.
+/// Another driver with another rasteriser and interpreter, no samples, and normals that fall back to rgba16f. Each
+/// figure is about twice what was measured with Mesa 22.3.6; what was measured stands in brackets.
 const SOFTPIPE: Limits = [
-    // Coverage: the rasterisers round vertices and edges differently, so that a pixel whose centre lies on a silhouette to
-    // within a fraction of a pixel may be another's (9 of 43,512 pixels; each matches the rays at 99.5 %).
+    // Coverage: the rasterisers round vertices and edges differently, so that a pixel whose centre lies on a silhouette
+    // to within a fraction of a pixel may be another's (9 of 43,512 pixels; each matches the rays at 99.5 %).
     (0.0, 5e-4),
-    // Depth: the plane's equation is evaluated in another order, to a rounding of float32 (0.21 % over 1e-6). Planes seen
-    // edge-on multiply it, and where triangles meet it may be the other's plane (4.4e-5 at worst).
+    // Depth: the plane's equation is evaluated in another order, to a rounding of float32 (0.21 % over 1e-6). Planes
+    // seen edge-on multiply it, and where triangles meet it may be the other's plane (4.4e-5 at worst).
     (1e-6, 5e-3),
     // Normals: a derivative that is rounded otherwise gives the next code of a half float, 2^-11 below 1. More where
     // triangles meet, as above (0.004 %).
@@ -54,9 +54,10 @@ const SOFTPIPE: Limits = [
     (1.0, 5e-4),
     // Edges: both have one sample, and none.
     (0.0, 0.0),
-    // Before the blur: each matches its twin on its own depths and normals to 1e-3, which is held first. So what differs is
-    // their doing: a sample that is just the highest so far in one and just not in the other, or a silhouette that moved by
-    // a pixel within R (0.23 % over 0.01, 0.23 at worst in the talk's method, where one sample decides a whole direction).
+    // Before the blur: each matches its twin on its own depths and normals to 1e-3, which is held first. So what
+    // differs is their doing: a sample that is just the highest so far in one and just not in the other, or a
+    // silhouette that moved by a pixel within R (0.23 % over 0.01, 0.23 at worst in the talk's method, where one sample
+    // decides a whole direction).
     (0.01, 5e-3),
     // After it: the same, spread over its neighbours (0.087 % over 0.01).
     (0.01, 2e-3),

@@ -21,8 +21,8 @@ pub fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnO
     print!("{text}");
 }
 
-/// Says that a test passes without what it needs, of a Debian package; or fails, where `HBAO_REQUIRE_TOOLS=1` is set, as
-/// continuous integration does.
+/// Says that a test passes without what it needs, of a Debian package; or fails, where `HBAO_REQUIRE_TOOLS=1` is set,
+/// as continuous integration does.
 pub fn skip(what: &str, package: &str) {
     let required = std::env::var_os("HBAO_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     assert!(!required, "HBAO_REQUIRE_TOOLS is set, and there is no {what}: install {package}");
@@ -30,8 +30,14 @@ pub fn skip(what: &str, package: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: no {what} (Debian: {package})");
 }
 
-/// Runs `program`, the command, in a folder, with one thread and a shader cache: for verbs that compile hundreds of shaders,
-/// many of them again. Mesa's cache may hide a compile error, which other tests look for; here it is their own.
+/// Says that a test passes without what this machine does not permit, and no package would change.
+pub fn not_permitted(what: &str) {
+    let _ = writeln!(std::io::stderr(), "SKIPPED: this machine does not permit {what}");
+}
+
+/// Runs `program`, the command, in a folder, with one thread and a shader cache: for verbs that compile hundreds of
+/// shaders, many of them again. Mesa's cache may hide a compile error, which other tests look for; here it is their
+/// own.
 pub fn with_shader_cache(program: &str, folder: &Path, arguments: &str) -> Output {
     let mut command = Command::new(program);
     command.current_dir(folder).args(arguments.split_whitespace());

@@ -165,7 +165,8 @@ unsafe fn buffers(gl: &glow::Context, raw: &Raw) {
     }
 }
 
-/// A program in use that captures what it draws, a buffer to capture it into, and a query under way of how much that is.
+/// A program in use that captures what it draws, a buffer to capture it into, and a query under way of how much that
+/// is.
 pub(crate) fn capture(gl: &glow::Context) -> glow::Query {
     // SAFETY: the context is current; a point of four floats fits.
     unsafe {

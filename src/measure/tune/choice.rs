@@ -45,8 +45,8 @@ impl Measured {
 /// Which of the measured is the answer, if any is.
 ///
 /// For an error, time is noisy and RMSE is not: of those that reach it within the noise of the fastest, that is with a
-/// median that a quarter of the fastest one's runs exceed, the most accurate. For a time, the most accurate whose median
-/// is within it. Errors that differ by less than is shown, 0.0001, count as equal, and the faster is taken.
+/// median that a quarter of the fastest one's runs exceed, the most accurate. For a time, the most accurate whose
+/// median is within it. Errors that differ by less than is shown, 0.0001, count as equal, and the faster is taken.
 pub fn choose(goal: Goal, measured: &[Measured]) -> Option<usize> {
     let meets = |one: &Measured| goal.of(one.ms, one.rmse).0 <= 1.0;
     let within = match goal {

@@ -29,8 +29,9 @@ impl Space {
         self.pinned.iter().any(|pinned| pinned.name == knob)
     }
 
-    /// `settings` as they may be searched: with what is pinned, with the user's picture, and without a supersampled blur
-    /// where no pixel asks for one. None for another method than a pinned one, and for what would stay at half size.
+    /// `settings` as they may be searched: with what is pinned, with the user's picture, and without a supersampled
+    /// blur where no pixel asks for one. None for another method than a pinned one, and for what would stay at half
+    /// size.
     pub(super) fn admit(&self, settings: &Settings) -> Option<Settings> {
         let base = &self.base;
         if self.pins("method") && settings.method != base.method {
@@ -54,7 +55,8 @@ impl Space {
         whole.then_some(admitted)
     }
 
-    /// What the search begins with: the sweep of `trade`, and a finer one of the pinned method, else of `hbao` and `ssao`.
+    /// What the search begins with: the sweep of `trade`, and a finer one of the pinned method, else of `hbao` and
+    /// `ssao`.
     pub(super) fn sweep(&self) -> Vec<Settings> {
         let method = if self.pins("method") { self.base.method } else { Method::Hbao };
         let of = Settings::for_method(method);
