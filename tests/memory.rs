@@ -128,7 +128,7 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
     let _alone = alone();
     let length = MB * std::env::var("HBAO_JUNK_MB").map_or(32, |mb| mb.parse::<usize>().unwrap());
     // A line under way is at most 2 MiB, thrice that where its bytes are not UTF-8, and as much again while it grows.
-    let (short, long) = (MB, 20_000_000);
+    let (short, long) = (MB, 24_000_000);
     let ended = [b"\xff".repeat(2 * MB - 1), b"\n".to_vec()].concat();
     let continued = [b"\xff".repeat(2 * MB - 2), b"\\\n".to_vec()].concat();
     type Kind<'a> = (&'a str, &'a [u8], &'a [u8], usize, &'a str);
