@@ -120,8 +120,8 @@ impl Drop for Tried<'_> {
     }
 }
 
-/// Tries every file of a folder and mutations of them. A file's name says by 0 that it is accepted (of a picture: that it
-/// has text) and by 1 that it is not. Both answers must come up, or the mutations are too wild or too tame.
+/// Tries every file of a folder and mutations of them. A file's name says by 0 that it is accepted (of a picture:
+/// that it has text) and by 1 that it is not. Both answers must come up, or the mutations are too wild or too tame.
 fn hold(folder: &str, seed: u64, default: u64, promise: impl Fn(&[u8]) -> bool) {
     let (files, words) = (corpus(folder), dictionary());
     let mut accepted = 0;

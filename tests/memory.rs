@@ -1,6 +1,6 @@
-//! Memory follows from what a file says, not from its length, nor from a size that it claims. Counted by the allocator, so
-//! that gigabytes can be read without a disk: `HBAO_JUNK_MB=2048 cargo test --test memory -- --nocapture` reads 2 GB of each
-//! kind.
+//! Memory follows from what a file says, not from its length, nor from a size that it claims. Counted by the
+//! allocator, so that gigabytes can be read without a disk:
+//! `HBAO_JUNK_MB=2048 cargo test --test memory -- --nocapture` reads 2 GB of each kind.
 
 use hbao::Error;
 use hbao::image::{exr, png};

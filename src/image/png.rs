@@ -63,8 +63,8 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }))
 }
 
-/// Reads the pairs (keyword, text) of a PNG file, in no particular order: at most 16 MiB of text, since a few bytes of a
-/// file can be made to hold gigabytes.
+/// Reads the pairs (keyword, text) of a PNG file, in no particular order: at most 16 MiB of text, since a few bytes
+/// of a file can be made to hold gigabytes.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let mut reader = reader(path)?;
     reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // text may also follow the pixels

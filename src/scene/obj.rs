@@ -65,9 +65,10 @@ struct Vertices {
 impl Mesh {
     /// Reads an OBJ file and the MTL files that it names, which must lie in its folder. Pipes and devices are read too.
     ///
-    /// Polygons are triangulated, concave ones too up to 512 corners; larger ones are cut as if they were convex. Points
-    /// and lines are passed over; a material that no MTL file defines is white. Positions keep float64. Not finite or
-    /// past 1e15 in magnitude, they are refused; so are lines and statements longer than 2 MiB, faces of more than 65536 corners, and more than 200 MTL files.
+    /// Polygons are triangulated, concave ones too up to 512 corners; larger ones are cut as if they were convex.
+    /// Points and lines are passed over; a material that no MTL file defines is white. Positions keep float64. Not
+    /// finite or past 1e15 in magnitude, they are refused; so are lines and statements longer than 2 MiB, faces of
+    /// more than 65536 corners, and more than 200 MTL files.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));

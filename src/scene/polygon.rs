@@ -3,9 +3,9 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
-/// Corners of the largest face in which ears are looked for. earcut takes up to the cube of their number where an outline
-/// crosses itself or returns to nearly the same points: 20 ms for 512 such corners, minutes for 16,000. Up to here a file
-/// costs at most some 10 microseconds for each of its bytes, however many such faces it holds.
+/// Corners of the largest face in which ears are looked for. earcut takes up to the cube of their number where an
+/// outline crosses itself or returns to nearly the same points: 20 ms for 512 such corners, minutes for 16,000. Up to
+/// here a file costs at most some 10 microseconds for each of its bytes, however many such faces it holds.
 const MOST_EARS: usize = 512;
 
 /// Cuts the faces of a model into triangles; keeps its memory from one face to the next.
@@ -21,8 +21,8 @@ impl Triangulator {
     }
 
     /// The triangles of one face, as indices into its corners, wound as the face is. A face of more than [`MOST_EARS`]
-    /// corners is cut in half again and again, which is right where it is convex; so is a face without area, or one that
-    /// crosses itself so badly that no ear is found. Fewer than three corners give nothing.
+    /// corners is cut in half again and again, which is right where it is convex; so is a face without area, or one
+    /// that crosses itself so badly that no ear is found. Fewer than three corners give nothing.
     pub(super) fn triangles(&mut self, corners: &[DVec3]) -> &[u32] {
         self.cut.clear();
         match corners.len() {
@@ -50,8 +50,8 @@ impl Triangulator {
         &self.cut
     }
 
-    /// Cuts a face of `n` corners as if it were convex. In a fan all triangles would lie upon each other, and a hierarchy
-    /// of boxes about them be as deep as they are many.
+    /// Cuts a face of `n` corners as if it were convex. In a fan all triangles would lie upon each other, and a
+    /// hierarchy of boxes about them be as deep as they are many.
     fn halve(&mut self, n: u32) {
         let mut open = vec![(0, n - 1)];
         while let Some((first, last)) = open.pop() {
