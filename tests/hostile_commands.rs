@@ -263,7 +263,7 @@ fn what_never_ends_is_refused_and_a_pipe_is_read_in_little_memory() {
     let truth = "truth -o out.exr --size 4x4 --truth-rays 2";
     let little = 200 << 10;
     for (arguments, what) in [
-        (format!("{truth} /dev/zero"), "/dev/zero: line 1: more than 16777216 bytes"),
+        (format!("{truth} /dev/zero"), "/dev/zero: line 1: more than 2097152 bytes"),
         (format!("{truth} /dev/urandom --settings /dev/zero"), "/dev/zero: too long"),
     ] {
         let (code, stderr) = within(little, &arguments, nothing);
@@ -278,7 +278,7 @@ fn what_never_ends_is_refused_and_a_pipe_is_read_in_little_memory() {
     for (over, what) in [
         (b"foo 1 2 3\n".as_slice(), "/dev/stdin: holds no faces"),
         (b"\n", "/dev/stdin: holds no faces"),
-        (b"abcdefgh", "/dev/stdin: line 1: more than 16777216 bytes"),
+        (b"abcdefgh", "/dev/stdin: line 1: more than 2097152 bytes"),
         (b"v 1 2\n", "/dev/stdin: line 1: v needs three numbers"),
     ] {
         let (code, stderr) = piped(over);

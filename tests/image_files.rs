@@ -402,3 +402,22 @@ mod unix_files {
         assert_eq!(names(folder.path()), ["log"]);
     }
 }
+
+#[test]
+fn more_than_16_mib_of_text_in_a_png_is_refused_however_it_is_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("text.png");
+    let image = Image::from_fn(1, 1, |_, _| 0u8);
+    let half = |c: char| c.to_string().repeat((8 << 20) / c.len_utf8());
+    // tEXt holds what is ASCII, iTXt the rest; neither is compressed.
+    for (a, b) in [('a', 'a'), ('\u{e9}', '\u{e9}'), ('a', '\u{e9}')] {
+        for (more, fits) in [("", true), ("\u{e9}", false)] {
+            let (a, b) = (half(a), half(b) + more);
+            fs::write(&path, png::encode(&image, &[("one", &a), ("other", &b)]).unwrap()).unwrap();
+            match png::read_text(&path) {
+                Ok(pairs) => assert!(fits && pairs.len() == 2),
+                Err(error) => assert!(!fits && error.to_string().contains("past 16 MiB"), "{error}"),
+            }
+        }
+    }
+}

@@ -208,6 +208,25 @@ fn concave_faces_keep_their_area_and_winding() {
 }
 
 #[test]
+fn a_large_face_keeps_its_area_where_it_is_concave_up_to_512_corners_or_convex() {
+    for (corners, comb) in [(512, true), (513, false), (65_536, false)] {
+        let point = |i: usize| {
+            let angle = i as f64 / corners as f64 * std::f64::consts::TAU;
+            let radius = if comb && i.is_multiple_of(2) { 1.0 } else { 2.0 };
+            format!("v {} {} 0\n", radius * angle.cos(), radius * angle.sin())
+        };
+        let points: String = (0..corners).map(point).collect();
+        let face: String = (1..=corners).map(|i| format!(" {i}")).collect();
+        let radii = if comb { 2.0 } else { 4.0 };
+        let expected = corners as f64 / 2.0 * radii * (std::f64::consts::TAU / corners as f64).sin();
+        let mesh = load(format!("{points}f{face}\n"));
+        assert_eq!(mesh.triangles.len(), corners - 2);
+        assert!((area(&mesh) - expected).abs() < 1e-9, "{} of {expected}", area(&mesh));
+        assert!((area_vector(&mesh).z - expected).abs() < 1e-9);
+    }
+}
+
+#[test]
 fn faces_without_area_are_harmless() {
     let points = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nv 1e-300 0 0\n";
     for face in ["1 1 1", "1 2 3", "1 2 3 4", "1 1 1 1", "1 2 3 4 5", "1 1 1 1 1 1", "5 4 3 2 1 2 3 4", "1 6 1 6 1"] {
@@ -231,6 +250,12 @@ fn faces_that_cross_themselves_and_faces_of_many_corners_do_not_panic() {
             load(&text);
         }
     }
+    // Around five points, each time a little beside them: no two corners are the same, and ears take minutes.
+    let beside =
+        |i: usize| format!("v {} {:e} 0\n", [0, 4, 4, 2, 0][i % 5], [0., 0., 4., 1., 4.][i % 5] + i as f64 * 1e-13);
+    let points: String = (0..65_536).map(beside).collect();
+    let corners: String = (1..=65_536).map(|i| format!(" {i}")).collect();
+    assert_eq!(load(format!("{points}f{corners}\n")).triangles.len(), 65_534);
     let many = format!("{TRIANGLE}f{}\n", " 1 2 3".repeat(30_000));
     refused(load_beside(many, &[]), &["line 5", "65536 corners"]);
 }

@@ -11,9 +11,9 @@ use crate::Error;
 /// The files of one run. Each is staged under a temporary name in its own folder; once all are, [`Outputs::commit`]
 /// gives them their names. Dropped before that, nothing is left.
 ///
-/// Whenever the process is killed, under each name is what was there before or the new file, whole. It may leave files
-/// of the temporary names behind, `.hbao-*.tmp`, which nothing reads and anyone may delete. Nothing is flushed to the
-/// disk: a loss of power is another matter.
+/// Whenever the process is killed, or ended for want of memory (then no destructor runs), under each name is what was
+/// there before or the new file, whole. It may leave files of the temporary names behind, `.hbao-*.tmp`, which
+/// nothing reads and anyone may delete. Nothing is flushed to the disk: a loss of power is another matter.
 ///
 /// A symbolic link is followed: it stays, and what it points to is replaced. What is neither a file nor a folder (a
 /// terminal, `/dev/null`, a FIFO), and whatever `/dev/stdout` leads to, keeps its place: the bytes are sent into it.

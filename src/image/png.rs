@@ -1,8 +1,10 @@
 //! PNG files: 8 bits a component, grey or RGB, with text.
 
+use std::borrow::Cow;
+use std::fmt::Display;
 use std::path::Path;
 
-use ::png::{BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Reader};
+use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader};
 
 use super::{Image, MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
@@ -61,27 +63,33 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }))
 }
 
-/// Reads the pairs (keyword, text) of a PNG file, in no particular order: at most 16 MiB of text, since a few bytes of a
-/// file can be made to hold gigabytes.
+/// Reads the pairs (keyword, text) of a PNG file, in no particular order: at most 16 MiB of text, since a few bytes
+/// of a file can be made to hold gigabytes.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let mut reader = reader(path)?;
     reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // text may also follow the pixels
     let info = reader.info();
-    let refused = |e: DecodingError| Error::input(path, format!("its text cannot be read, or is past 16 MiB: {e}"));
-    let mut pairs: Vec<(String, String)> =
-        info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect();
+    let refused = |e: &dyn Display| Error::input(path, format!("its text cannot be read, or is past 16 MiB: {e}"));
+    let mut pairs = Vec::new();
     let mut room = MOST_TEXT;
-    for mut chunk in info.compressed_latin1_text.iter().cloned() {
-        chunk.decompress_text_with_limit(room).map_err(refused)?;
-        let text = chunk.get_text().map_err(refused)?;
-        room = room.saturating_sub(text.len());
-        pairs.push((chunk.keyword, text));
+    let mut keep = |keyword: &str, text: Cow<str>, room: &mut usize| {
+        *room = room.checked_sub(text.len()).ok_or_else(|| refused(&"too long"))?;
+        pairs.push((keyword.to_owned(), text.into_owned()));
+        Ok(())
+    };
+    for chunk in &info.uncompressed_latin1_text {
+        keep(&chunk.keyword, Cow::Borrowed(&chunk.text), &mut room)?;
     }
-    for mut chunk in info.utf8_text.iter().cloned() {
-        chunk.decompress_text_with_limit(room).map_err(refused)?;
-        let text = chunk.get_text().map_err(refused)?;
-        room = room.saturating_sub(text.len());
-        pairs.push((chunk.keyword, text));
+    // The limit of `decompress_text_with_limit` holds for what is compressed alone; `keep` counts all.
+    for chunk in &info.compressed_latin1_text {
+        let mut chunk = chunk.clone();
+        chunk.decompress_text_with_limit(room).map_err(|e| refused(&e))?;
+        keep(&chunk.keyword, Cow::Owned(chunk.get_text().map_err(|e| refused(&e))?), &mut room)?;
+    }
+    for chunk in &info.utf8_text {
+        let mut chunk = chunk.clone();
+        chunk.decompress_text_with_limit(room).map_err(|e| refused(&e))?;
+        keep(&chunk.keyword, Cow::Owned(chunk.get_text().map_err(|e| refused(&e))?), &mut room)?;
     }
     Ok(pairs)
 }

@@ -56,10 +56,15 @@ impl Tracer<'_> {
         let boxes: Vec<Bounds> = mesh
             .triangles
             .iter()
-            .map(|triangle| {
+            .enumerate()
+            .map(|(number, triangle)| {
                 let [a, b, c] = triangle.map(|i| (mesh.positions[i as usize] - centre) * scale);
-                let low = a.min(b).min(c) - MARGIN;
-                let high = a.max(b).max(c) + MARGIN;
+                // No two boxes are the same: among thousands of the same, PLOC would find few pairs in each round,
+                // and take the square of their number. By a multiplicative hash, from one to two margins.
+                let hash = (number as u32).wrapping_mul(0x9e37_79b9);
+                let margin = MARGIN * (1.0 + f64::from(hash) / f64::from(u32::MAX));
+                let low = a.min(b).min(c) - margin;
+                let high = a.max(b).max(c) + margin;
                 Bounds(Aabb { min: low.as_vec3a(), max: high.as_vec3a() })
             })
             .collect();
@@ -218,6 +223,15 @@ mod tests {
             }
             assert!(hits > 10_000, "{hits}");
         }
+    }
+
+    #[test]
+    fn thousands_of_triangles_on_the_same_points_make_no_deep_hierarchy() {
+        let mesh = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]; 20_000]).unwrap();
+        let tracer = Tracer::new(&mesh);
+        assert!(tracer.hierarchy.max_depth < 400, "{}", tracer.hierarchy.max_depth);
+        let hit = tracer.nearest(DVec3::new(0.2, 0.2, -1.0), DVec3::Z, 0.0..=2.0).unwrap();
+        assert!((hit.t - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! The file is read statement by statement and none of it is kept but what a mesh is made of: positions, normals, and
 //! triangles cut as soon as their face is read. So memory follows from what the file says, not from its length: at
-//! worst 18 bytes for one of the file (`tests/memory.rs`), for a file of nothing but large faces of short indices, and
+//! worst 20 bytes for one of the file (`tests/memory.rs`), for a file of nothing but large faces of short indices, and
 //! none for what is not understood. Nothing is set aside for a number that the file claims.
 //!
 //! It is read here and not by tobj, which tests compare with this: on whole files tobj 4.0.5
@@ -29,7 +29,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// Faces with more corners are refused: cutting a polygon may take the square of their number.
+/// Faces with more corners are refused.
 const MOST_CORNERS: usize = 1 << 16;
 
 /// Positions, vertices and triangles have indices of 32 bits.
@@ -65,9 +65,10 @@ struct Vertices {
 impl Mesh {
     /// Reads an OBJ file and the MTL files that it names, which must lie in its folder. Pipes and devices are read too.
     ///
-    /// Polygons are triangulated, concave ones too; points and lines are passed over; a material that no MTL file
-    /// defines is white. Positions keep float64. Not finite or past 1e15 in magnitude, they are refused; so are lines
-    /// and statements longer than 16 MiB, faces of more than 65536 corners, and more than 200 MTL files.
+    /// Polygons are triangulated, concave ones too up to 512 corners; larger ones are cut as if they were convex.
+    /// Points and lines are passed over; a material that no MTL file defines is white. Positions keep float64. Not
+    /// finite or past 1e15 in magnitude, they are refused; so are lines and statements longer than 2 MiB, faces of
+    /// more than 65536 corners, and more than 200 MTL files.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));

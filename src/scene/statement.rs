@@ -4,9 +4,9 @@ use crate::Error;
 use std::io::{BufRead, Read as _};
 use std::path::Path;
 
-/// Bytes of the longest line, and of the longest statement when its lines are joined: 256 for each corner of the
-/// largest face. What is longer, as all of a file without line ends is, is refused before more of it is kept.
-const LONGEST: usize = 1 << 24;
+/// Bytes of the longest line, and of the longest statement when its lines are joined: 32 for each corner of the largest
+/// face. What is longer, as all of a file without line ends is, is refused before more of it is kept.
+const LONGEST: usize = 1 << 21;
 
 /// Splits a file into statements while it is read, so that one of them at a time is in memory.
 pub(super) struct Statements<'a, R> {
@@ -28,7 +28,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
     /// next. Bytes that are not UTF-8, as in names and comments of old files, are replaced.
     pub(super) fn next(&mut self) -> Result<Option<Statement<'_>>, Error> {
         self.whole.clear();
-        let mut start = 0;
+        let (mut start, mut bytes) = (0, 0);
         while self.read_line()? {
             let text = String::from_utf8_lossy(&self.line);
             let text = text.trim();
@@ -39,10 +39,12 @@ impl<'a, R: BufRead> Statements<'a, R> {
                 }
                 start = self.lines;
             }
-            self.whole.push_str(text);
-            if self.whole.len() > LONGEST {
+            // Bytes of the file: what stands for one that is not UTF-8 has three.
+            bytes += self.line.len();
+            if bytes > LONGEST {
                 return Err(too_long(self.path, start));
             }
+            self.whole.push_str(text);
             if !self.whole.ends_with('\\') {
                 break;
             }
@@ -71,7 +73,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
 }
 
 fn too_long(path: &Path, line: u64) -> Error {
-    Error::input(path, format!("line {line}: more than {LONGEST} bytes without an end; is it a text file?"))
+    Error::input(path, format!("line {line}: more than {LONGEST} bytes on one line; is it a text file?"))
 }
 
 /// One statement: its text without surrounding white space.
