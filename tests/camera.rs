@@ -166,11 +166,12 @@ fn framing_looks_from_the_front_the_right_and_above() {
 }
 
 #[test]
-fn scenes_without_extent_are_framed() {
+fn scenes_without_extent_are_framed_and_said_to_show_nothing() {
     for at in [DVec3::ZERO, DVec3::ONE, dvec3(1e15, -1e15, 1e15), DVec3::splat(1e-20)] {
         for lens in [None, Some(Lens::FovY(175_f64.to_radians())), Some(Lens::Height(1.0))] {
             let mesh = Mesh::new(vec![at; 3], vec![[0, 1, 2]]).unwrap();
-            let camera = camera(&View { lens, ..View::default() }, &mesh);
+            let view = View { lens, ..View::default() };
+            let camera = camera_with(&view, &mesh, (640, 480), &["no larger than a point"]);
             let z = camera.to_eye(at).z;
             assert!((camera.near..=camera.far).contains(&z), "{z}: {camera:?}");
         }
@@ -201,12 +202,12 @@ fn a_view_of_nothing_is_valid_and_said() {
     camera_with(&away, &room(), (64, 48), &["behind the camera"]);
     camera_with(&View { far: Some(1e-3), ..away.clone() }, &room(), (64, 48), &["behind the camera"]);
     let ahead = looking(dvec3(0.0, 1.0, 50.0), DVec3::Y);
-    let camera = camera_with(&View { far: Some(10.0), ..ahead.clone() }, &room(), (64, 48), &["beyond --far 1e1:"]);
+    let camera = camera_with(&View { far: Some(10.0), ..ahead.clone() }, &room(), (64, 48), &["beyond --far 10.0:"]);
     assert_eq!(camera.far, 10.0);
     let camera = camera_with(&View { near: Some(1e3), ..ahead }, &room(), (64, 48), &["--near 1000.0 lies beyond"]);
     assert_eq!(camera.near, 1e3);
     let huge = spanning(DVec3::splat(-1e15), DVec3::splat(1e15));
-    camera_with(&View::default(), &huge, (64, 48), &["beyond --far 1e15: nothing"]);
+    camera_with(&View::default(), &huge, (64, 48), &["beyond 1e15 from the camera"]);
     camera_with(&looking(DVec3::ZERO, DVec3::Z), &spanning(DVec3::ZERO, DVec3::splat(1e15)), (64, 48), &[]);
     camera_with(&looking(DVec3::ZERO, DVec3::NEG_ONE), &huge, (64, 48), &["what lies there is clipped"]);
 }

@@ -84,6 +84,11 @@ impl View {
         };
         let (right, picture_up) = upright(forward, up, &mut notices);
         let axes = Camera { eye: target, right, up: picture_up, forward, projection, near: 0.0, far: 0.0 };
+        if self.eye.is_none() && is_a_point(&axes, bounds) {
+            notices.push(
+                "the scene is no larger than a point there: nothing is in view; scale it up, or give --eye".into(),
+            );
+        }
         let eye = self.eye.unwrap_or_else(|| target - forward * framing_distance(&axes, bounds));
 
         let camera = Camera { eye, ..axes };
@@ -155,7 +160,11 @@ impl View {
             }
             Some(near) => usage(format!("--near {near:?} leaves no room below 1e15, the greatest --far")),
             None => {
-                notices.push(format!("the whole scene lies beyond --far {far:e}: nothing is in view"));
+                let beyond = match self.far {
+                    Some(far) => format!("--far {far:?}"),
+                    None => "1e15 from the camera, the farthest that is drawn".into(),
+                };
+                notices.push(format!("the whole scene lies beyond {beyond}: nothing is in view"));
                 Ok((far * NEAR_OF_FAR, far))
             }
         }
@@ -210,15 +219,25 @@ fn framing_direction(up: DVec3) -> DVec3 {
     -(right * 0.5 + up * 0.4 + front).normalize()
 }
 
-/// How far before the target the eye of `axes` must stand to have the whole box in the picture.
-fn framing_distance(axes: &Camera, (low, high): (DVec3, DVec3)) -> f64 {
-    let corners = (0..8).map(|i| {
+/// The corners of a box, from the camera's eye.
+fn corners(axes: &Camera, (low, high): (DVec3, DVec3)) -> impl Iterator<Item = DVec3> + Clone {
+    (0..8).map(move |i| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
         axes.to_eye(DVec3::new(pick(0), pick(1), pick(2)))
-    });
+    })
+}
+
+/// A scene that is a point, as far as float64 can tell there, is looked at from some distance all the same.
+fn is_a_point(axes: &Camera, bounds: (DVec3, DVec3)) -> bool {
+    let size = corners(axes, bounds).map(DVec3::length).fold(0.0, f64::max);
+    size <= (1e-9 * axes.eye.length()).max(SMALLEST)
+}
+
+/// How far before the target the eye of `axes` must stand to have the whole box in the picture.
+fn framing_distance(axes: &Camera, bounds: (DVec3, DVec3)) -> f64 {
+    let corners = corners(axes, bounds);
     let size = corners.clone().map(DVec3::length).fold(0.0, f64::max);
-    // A scene that is a point, as far as float64 can tell there, is looked at from some distance all the same.
-    let size = if size > (1e-9 * axes.eye.length()).max(SMALLEST) { size } else { axes.eye.length().max(1.0) * 1e-3 };
+    let size = if is_a_point(axes, bounds) { axes.eye.length().max(1.0) * 1e-3 } else { size };
     let clearance = 0.1 * size;
     corners
         .map(|corner| match axes.projection {
