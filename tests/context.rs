@@ -11,7 +11,7 @@ mod process;
 use glow::HasContext as _;
 use hbao::Error;
 use hbao::context::{Backend, Context};
-use process::in_own_process;
+use process::{in_own_process, resident};
 use std::ffi::OsStr;
 
 const BOTH: [Backend; 2] = [Backend::Egl, Backend::Osmesa];
@@ -229,14 +229,6 @@ fn egl_without_a_driver_is_an_error_that_names_its_debian_package() {
         assert_eq!(context.backend(), Backend::Osmesa);
         assert_clears_to(&context, [1, 2, 3, 4]);
     });
-}
-
-/// The process's resident memory in KiB.
-#[cfg(target_os = "linux")]
-fn resident() -> i64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
-    line.trim().strip_suffix(" kB").unwrap().parse().unwrap()
 }
 
 /// Mesa 22.3.6 itself grows by some 130 KiB in 200 cycles. A leak in this crate would be far above the bound of 1024

@@ -62,6 +62,29 @@ fn a_world_scaled_by_a_power_of_two_looks_the_same_to_the_bit() {
     });
 }
 
+/// Everything but what float32 may decide otherwise, by the twin; powers of ten are no powers of two.
+#[test]
+fn a_world_far_smaller_or_larger_looks_the_same() {
+    let context = Context::open(Backend::Osmesa).unwrap();
+    for shot in [scenes::box_on_a_floor(), scenes::ball().orthographic()] {
+        let settings = |radius: f64| Settings { blur: 9, ..rig::float_settings(radius) };
+        let frame = rig::render(context.gl(), &shot, SIZE, &settings(shot.radius));
+        let ambiguous = reference::ambiguous(&frame.inputs(), &settings(shot.radius)).unwrap();
+        for factor in [1e-10, 1e-3, 1e3, 1e10] {
+            let shot = shot.scaled(factor);
+            let other = rig::render(context.gl(), &shot, SIZE, &settings(shot.radius));
+            let mask = Image::from_fn(ambiguous.width, ambiguous.height, |x, y| {
+                frame.depth.at(x, y).is_finite() && other.depth.at(x, y).is_finite() && !ambiguous.at(x, y)
+            });
+            let text = format!("{} by {factor}", shot.name);
+            // A pixel may see another triangle at an edge.
+            let limits = Limits { tolerance: 1e-3, share: 0.001 };
+            hold("raw", &other.raw, &frame.raw, &mask, limits, &text);
+            hold("blurred", &other.ao, &frame.ao, &mask, Limits { share: 0.01, ..limits }, &text);
+        }
+    }
+}
+
 #[test]
 fn a_world_a_million_away_looks_the_same_to_the_bit() {
     each_method(|context, shot, settings, what| {

@@ -9,7 +9,7 @@ use hbao::scene::Camera;
 use hbao::settings::{AoFormat, BlurKernel, DepthFormat, Method, Radius, SsaoDepth};
 use hbao::{AmbientOcclusion, Apply, Inputs, NormalEncoding, Pipeline, Request, Settings, TextureRef, TextureTarget};
 use rig::by_hand::{ByHand, Textures, orthographic, pit};
-use rig::process::in_own_process;
+use rig::process::{in_own_process, resident};
 use rig::{Frame, Shot, assert_identical, scenes};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -69,14 +69,6 @@ fn everything() -> Request {
 
 fn shots() -> Vec<Shot> {
     vec![scenes::ball(), scenes::pole(), scenes::box_on_a_floor()]
-}
-
-/// The process's resident memory in KiB.
-#[cfg(target_os = "linux")]
-fn resident() -> i64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
-    line.trim().strip_suffix(" kB").unwrap().parse().unwrap()
 }
 
 /// One thread draws, so that memory is not the scheduler's, and shaders come out of a cache on the disk.

@@ -27,11 +27,12 @@ pub fn gbuffer(
     normals: Normals,
     sample: [f64; 2],
 ) -> Image<Surface> {
+    // Before the corners are moved, which may make one of two.
+    let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
     // About the eye: of a small scene far from the origin float64 itself has few digits, and none to round off again.
     let mut mesh = mesh.clone();
     mesh.positions.iter_mut().for_each(|p| *p -= camera.eye);
     let tracer = Tracer::new(&mesh);
-    let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
     let texel = |x: usize, y: usize| {
         let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
         let ray = |[dx, dy]: [f64; 2]| {

@@ -35,6 +35,13 @@ pub fn not_permitted(what: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: this machine does not permit {what}");
 }
 
+/// The process's resident memory in KiB, on Linux.
+pub fn resident() -> i64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.trim().strip_suffix(" kB").unwrap().parse().unwrap()
+}
+
 /// Runs `program`, the command, in a folder, with one thread and a shader cache: for verbs that compile hundreds of
 /// shaders, many of them again. Mesa's cache may hide a compile error, which other tests look for; here it is their
 /// own.
