@@ -16,15 +16,24 @@
 //!
 //! The README's example, which is run as a test, shows how to embed it.
 
+// Without `render` the rooms that the pipeline shares with the AO pass hold a few functions that only the pipeline calls.
+#![cfg_attr(not(feature = "render"), allow(dead_code))]
+
 mod ambient_occlusion;
+#[cfg(feature = "render")]
 pub mod context;
 mod error;
 mod gl;
 pub mod image;
+#[cfg(feature = "render")]
 pub mod measure;
 mod pass;
+#[cfg(feature = "render")]
 mod pipeline;
+mod projection;
+#[cfg(feature = "render")]
 pub mod reference;
+#[cfg(feature = "render")]
 pub mod scene;
 pub mod settings;
 mod tile;
@@ -32,16 +41,22 @@ mod tile;
 pub use ambient_occlusion::{AmbientOcclusion, Inputs};
 pub use error::Error;
 pub use gl::{Format, PassTime, Timers, check_size, size_limit};
+#[cfg(feature = "render")]
 pub use pass::composite::Apply;
 pub use pass::method::NormalEncoding;
+#[cfg(feature = "render")]
 pub use pass::probe::format_renders;
 pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
+#[cfg(feature = "render")]
 pub use pipeline::{Pipeline, Request};
+pub use projection::Projection;
 pub use settings::Settings;
 pub use tile::rotation_tile;
 
-/// The crates whose types stand in this one's interface, in the versions that fit.
-pub use {glam, glow};
+// The crates whose types stand in this one's interface, in the versions that fit.
+#[cfg(feature = "render")]
+pub use glam;
+pub use glow;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

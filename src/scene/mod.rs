@@ -15,7 +15,8 @@ mod polygon;
 mod statement;
 mod view;
 
-pub use camera::{Camera, Projection};
+pub use crate::projection::Projection;
+pub use camera::Camera;
 pub use mesh::{Group, Mesh};
 pub use view::{Lens, View};
 
