@@ -1,5 +1,6 @@
 //! The same equations in float64 on the CPU, without OpenGL: a twin by name of each pass, and ray casting. They are
 //! written to be read beside the shaders and to be right, not to be fast.
+#![doc = include_str!("departures.md")]
 
 pub mod anatomy;
 pub mod blur;
