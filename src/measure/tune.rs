@@ -4,6 +4,7 @@
 //! once, the least work first, since its error does not depend on time; those that can still win are timed roughly, and
 //! those near the goal are varied knob by knob. At last the contenders are timed in interleaved rounds, and the
 //! finalists of those for longer. It is no proof: settings far from all that is near the goal are not looked at.
+#![doc = include_str!("tuned.md")]
 
 pub mod choice;
 mod space;

@@ -1,5 +1,6 @@
 //! The same equations in float64 on the CPU, without OpenGL: a twin of each pass under the same name, and ray casting.
 //! They are written to be read beside the shaders and to be right, not to be fast.
+#![doc = include_str!("departures.md")]
 
 pub mod anatomy;
 mod attenuation;
