@@ -30,6 +30,7 @@ pub enum Error {
     },
     /// The driver refused something: a shader, a framebuffer, an allocation.
     #[error("OpenGL: {place}: {what}")]
+    #[non_exhaustive]
     Gl {
         /// The pass or object.
         place: String,
@@ -54,6 +55,7 @@ pub enum GlCause {
 
 impl Error {
     /// True where the request itself was wrong (exit code 2), false where carrying it out failed (exit code 1).
+    #[must_use]
     pub fn is_usage(&self) -> bool {
         matches!(self, Error::Usage(_))
     }

@@ -16,6 +16,7 @@ const SEED: u128 = 0x6862_616f_2008_0602;
 /// offsets no further apart, and the rotation to (0, 0, -1) is not defined.
 ///
 /// The pixel at window position (x, y), y up, uses texel (x mod 4, y mod 4). The same on every platform.
+#[must_use]
 pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
     let vectors = settings.method == Method::Ssao;
     if settings.jitter == Jitter::None {

@@ -12,8 +12,15 @@ use glutin::error::ErrorKind;
 use glutin::prelude::*;
 use std::ffi::{CStr, c_void};
 
-/// The library, and Mesa's drivers for it: the first does not bring the second.
-const INSTALL: &str = "install the Debian packages libegl1 libgl1-mesa-dri";
+/// The library that glutin opens.
+const LIBRARY: &str = if cfg!(windows) { "libEGL.dll" } else { "libEGL.so.1" };
+
+/// What to install: the library, and on Debian also Mesa's drivers, which the library's package does not bring along.
+const INSTALL: &str = if cfg!(windows) {
+    "put the libEGL.dll of Mesa for Windows in a folder of PATH"
+} else {
+    "install the Debian packages libegl1 libgl1-mesa-dri"
+};
 
 /// An EGL context, current on its thread until it is dropped.
 pub(super) struct Egl(PossiblyCurrentContext);
@@ -22,7 +29,7 @@ impl Egl {
     /// The first device that gives a core 3.3 context: EGL lists GPUs before software.
     pub(super) fn open() -> Result<Egl, Error> {
         let devices = Device::query_devices().map_err(|error| match error.error_kind() {
-            ErrorKind::NotFound => Error::Context(format!("egl: libEGL.so.1 cannot be loaded: {INSTALL}")),
+            ErrorKind::NotFound => Error::Context(format!("egl: {LIBRARY} cannot be loaded: {INSTALL}")),
             _ => Error::Context(format!("egl: no list of devices: {error}: {}", remedy(INSTALL))),
         })?;
 

@@ -14,7 +14,17 @@
 //! # Ok::<(), hbao::Error>(())
 //! ```
 
+// glutin has EGL on these targets (`egl_backend` in its build script), and libloading opens libraries on the second kind.
+// Elsewhere a stand-in of the same interface says that the backend is missing.
+#[cfg(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm")))]
 mod egl;
+#[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]
+#[path = "without_egl.rs"]
+mod egl;
+#[cfg(any(unix, windows))]
+mod osmesa;
+#[cfg(not(any(unix, windows)))]
+#[path = "without_osmesa.rs"]
 mod osmesa;
 
 use crate::Error;
@@ -28,6 +38,7 @@ use std::sync::Arc;
 
 /// Which library gives the context.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Backend {
     /// The first of EGL and OSMesa that works.
     Auto,
@@ -44,6 +55,7 @@ impl Backend {
     pub const NAMES: [&'static str; 3] = [Backend::Auto.name(), Backend::Egl.name(), Backend::Osmesa.name()];
 
     /// The backend's name.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Backend::Auto => "auto",
@@ -79,6 +91,7 @@ impl FromStr for Backend {
 ///
 /// Opening one replaces a context that the caller made current by other means; an application that has a context of
 /// its own does not need this type.
+#[must_use = "the context is destroyed when it is dropped"]
 pub struct Context {
     gl: Arc<glow::Context>,
     platform: Platform,
@@ -145,11 +158,13 @@ impl Context {
     }
 
     /// OpenGL's functions. They act on this context while it is current, so on its thread and until it is dropped.
+    #[must_use]
     pub fn gl(&self) -> &Arc<glow::Context> {
         &self.gl
     }
 
     /// The backend that gave the context: [`Backend::Egl`] or [`Backend::Osmesa`], never [`Backend::Auto`].
+    #[must_use]
     pub fn backend(&self) -> Backend {
         match self.platform {
             Platform::Egl(_) => Backend::Egl,
@@ -159,6 +174,7 @@ impl Context {
 
     /// The backend, the renderer and its version in one line, for people to read:
     /// `egl: llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6`.
+    #[must_use]
     pub fn describe(&self) -> String {
         // SAFETY: the context is current on this thread.
         let (renderer, version) =
@@ -168,12 +184,14 @@ impl Context {
 
     /// Why [`Backend::Auto`] passed over the backends that it tried before this one, in one line; none where it did
     /// not.
+    #[must_use]
     pub fn passed_over(&self) -> Option<&str> {
         self.passed_over.as_deref()
     }
 
     /// The address of OpenGL's function `name`, for a loader other than glow. Null where the backend knows none; but
     /// some EGL libraries answer any name, so an address is no proof that the driver has the function.
+    #[must_use]
     pub fn get_proc_address(&self, name: &CStr) -> *const c_void {
         self.platform.get_proc_address(name)
     }

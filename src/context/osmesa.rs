@@ -7,7 +7,23 @@ use std::ffi::{CStr, OsStr, c_char, c_int, c_uint, c_void};
 use std::ptr::{self, NonNull};
 use std::sync::LazyLock;
 
-const LIBRARY: &str = "libOSMesa.so.8";
+/// The library's file name.
+const LIBRARY: &str = if cfg!(windows) {
+    "osmesa.dll"
+} else if cfg!(target_vendor = "apple") {
+    "libOSMesa.8.dylib"
+} else {
+    "libOSMesa.so.8"
+};
+
+/// How to install the library.
+const INSTALL: &str = if cfg!(windows) {
+    "put the osmesa.dll of Mesa for Windows in a folder of PATH"
+} else if cfg!(target_vendor = "apple") {
+    "install a Mesa before 25.1 that was built with OSMesa"
+} else {
+    "install the Debian package libosmesa6"
+};
 
 /// The drivers that `GALLIUM_DRIVER` may ask OSMesa for.
 const DRIVERS: [&str; 2] = ["llvmpipe", "softpipe"];
@@ -23,11 +39,17 @@ const OSMESA_CONTEXT_MINOR_VERSION: c_int = 0x37;
 const OSMESA_RGBA: c_int = 0x1908;
 const GL_UNSIGNED_BYTE: c_uint = 0x1401;
 
-type CreateContextAttribs = unsafe extern "C" fn(attributes: *const c_int, share: *mut c_void) -> *mut c_void;
-type MakeCurrent =
-    unsafe extern "C" fn(context: *mut c_void, buffer: *mut c_void, kind: c_uint, width: c_int, height: c_int) -> u8;
-type DestroyContext = unsafe extern "C" fn(context: *mut c_void);
-type GetProcAddress = unsafe extern "C" fn(name: *const c_char) -> *const c_void;
+// GL/osmesa.h declares its functions with GLAPIENTRY, which is stdcall on 32-bit Windows.
+type CreateContextAttribs = unsafe extern "system" fn(attributes: *const c_int, share: *mut c_void) -> *mut c_void;
+type MakeCurrent = unsafe extern "system" fn(
+    context: *mut c_void,
+    buffer: *mut c_void,
+    kind: c_uint,
+    width: c_int,
+    height: c_int,
+) -> u8;
+type DestroyContext = unsafe extern "system" fn(context: *mut c_void);
+type GetProcAddress = unsafe extern "system" fn(name: *const c_char) -> *const c_void;
 
 /// The library and what is called of it.
 struct Functions {
@@ -41,7 +63,7 @@ struct Functions {
 
 impl Functions {
     fn load(library: &str) -> Result<Functions, String> {
-        let missing = |error: libloading::Error| format!("osmesa: {error}: install the Debian package libosmesa6");
+        let missing = |error: libloading::Error| format!("osmesa: {error}: {INSTALL}");
         // SAFETY: libOSMesa's initialisers have no precondition.
         let library = unsafe { Library::new(library) }.map_err(missing)?;
         // SAFETY: the types are those of GL/osmesa.h, and the library is kept beside the addresses.
@@ -153,12 +175,14 @@ mod tests {
         }
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn a_library_that_is_not_there_is_named_with_its_package() {
         let error = Functions::load("libOSMesa.so.0-none").err().unwrap();
         assert!(error.contains("libOSMesa.so.0-none") && error.contains("libosmesa6"), "{error}");
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn a_library_without_osmesas_functions_is_refused() {
         let error = Functions::load("libc.so.6").err().unwrap();

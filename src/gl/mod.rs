@@ -79,6 +79,7 @@ pub(crate) fn sample_limit(gl: &glow::Context) -> u32 {
 }
 
 /// The largest width and height that this driver renders to and samples from.
+#[must_use]
 pub fn size_limit(gl: &glow::Context) -> u32 {
     // SAFETY: the context is current, and these are core parameters; MAX_VIEWPORT_DIMS has two values.
     unsafe {

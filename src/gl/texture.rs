@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 /// The texture formats in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// 8-bit, [0, 1].
     R8,

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 /// One pass's time.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PassTime {
     /// The pass.
     pub name: &'static str,
@@ -51,6 +52,7 @@ impl Timers {
     }
 
     /// The times of the passes run since it was last asked, in their order.
+    #[must_use]
     pub fn take(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.times)
     }

@@ -30,11 +30,13 @@ pub struct Image<T> {
 
 impl<T: Copy> Image<T> {
     /// An image that holds `texel` everywhere.
+    #[must_use]
     pub fn filled(width: usize, height: usize, texel: T) -> Image<T> {
         Image { width, height, texels: vec![texel; width * height] }
     }
 
     /// An image made texel by texel, of (x, y) with y up.
+    #[must_use]
     pub fn from_fn(width: usize, height: usize, mut f: impl FnMut(usize, usize) -> T) -> Image<T> {
         let mut texels = Vec::with_capacity(width * height);
         for y in 0..height {
@@ -44,11 +46,13 @@ impl<T: Copy> Image<T> {
     }
 
     /// The texel in column `x` of row `y`, y up.
+    #[must_use]
     pub fn at(&self, x: usize, y: usize) -> T {
         self.texels[y * self.width + x]
     }
 
     /// The image with `f` applied to each texel.
+    #[must_use]
     pub fn map<U: Copy>(&self, f: impl Fn(T) -> U) -> Image<U> {
         Image { width: self.width, height: self.height, texels: self.texels.iter().map(|&t| f(t)).collect() }
     }
@@ -104,6 +108,7 @@ impl<C: Component> Texel for [C; 3] {
 }
 
 /// What every file that we write says about itself, as (keyword, text): the software, and the settings that made it.
+#[must_use]
 pub fn metadata(settings: &str) -> [(&'static str, &str); 2] {
     [("Software", concat!("hbao ", env!("CARGO_PKG_VERSION"))), ("hbao", settings)]
 }

@@ -31,6 +31,7 @@ use crate::Error;
 /// # }
 /// ```
 #[derive(Debug, Default)]
+#[must_use = "nothing is written until `commit` is called"]
 pub struct Outputs {
     files: Vec<StagedFile>,
     streams: Vec<StagedStream>,

@@ -43,17 +43,20 @@ pub struct Camera {
 
 impl Camera {
     /// A point of world space in left-handed eye space: x right, y up, z forward.
+    #[must_use]
     pub fn to_eye(&self, world: DVec3) -> DVec3 {
         self.direction_to_eye(world - self.eye)
     }
 
     /// A direction of world space in eye space; its length stays.
+    #[must_use]
     pub fn direction_to_eye(&self, world: DVec3) -> DVec3 {
         DVec3::new(self.right.dot(world), self.up.dot(world), self.forward.dot(world))
     }
 
     /// The ray through the picture at (u, v), both 0 to 1 from the lower left corner: its origin and r, in eye space.
     /// The point at depth z is origin + z r; r has z = 1 and is not a unit vector in perspective.
+    #[must_use]
     pub fn ray(&self, u: f64, v: f64) -> (DVec3, DVec3) {
         let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
         match self.projection {
@@ -67,6 +70,7 @@ impl Camera {
     }
 
     /// Where a point of eye space with z > 0 appears in the picture: (u, v) as in [`Camera::ray`], past [0, 1] outside.
+    #[must_use]
     pub fn project(&self, eye_space: DVec3) -> DVec2 {
         let half = match self.projection {
             Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {

@@ -82,6 +82,7 @@ impl Mesh {
     ///
     /// Computed on demand, since rendering takes its normals from the triangles unless told otherwise. A point where
     /// all triangles have zero area gets (0, 1, 0).
+    #[must_use]
     pub fn vertex_normals(&self) -> Vec<DVec3> {
         let given = self.normals.iter().map(|&n| unit(n)).collect::<Vec<_>>();
         if !given.is_empty() && given.iter().all(Option::is_some) {
@@ -104,6 +105,7 @@ impl Mesh {
     }
 
     /// The same surface with every triangle cut in four at the middles of its sides.
+    #[must_use]
     pub fn subdivided(&self) -> Mesh {
         let mut positions = self.positions.clone();
         let mut normals: Vec<DVec3> = self.normals.iter().map(|&n| unit(n).unwrap_or_default()).collect();
@@ -131,12 +133,14 @@ impl Mesh {
     }
 
     /// The corners of the bounding box of all positions, smallest and largest.
+    #[must_use]
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.positions.iter().fold(empty, |(low, high), &p| (low.min(p), high.max(p)))
     }
 
     /// The length of the bounding box's diagonal, scene units.
+    #[must_use]
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         low.distance(high)

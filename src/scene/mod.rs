@@ -30,6 +30,7 @@ pub const NAVE: &str = "nave";
 
 /// A model with the camera and radius that suit it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Scene {
     /// A built-in scene's name, or the model's file name without its extension.
     pub name: String,

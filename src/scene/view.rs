@@ -34,6 +34,7 @@ pub struct View {
 
 /// How much the picture shows from bottom to top.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Lens {
     /// Perspective: the vertical field of view in radians, 1 to 175 degrees.
     FovY(f64),
@@ -45,6 +46,7 @@ impl View {
     /// This view, with what it does not say taken from `scene`'s own: so `--eye` alone looks from there at the
     /// scene's own target. Near and far belong to where the camera stands; where this view moves it, `scene`'s are
     /// left out.
+    #[must_use]
     pub fn or(&self, scene: &View) -> View {
         let moved = self.eye.is_some() || self.target.is_some();
         let unless_moved = |z: Option<f64>| if moved { None } else { z };
