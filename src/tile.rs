@@ -1,8 +1,9 @@
-//! The 4x4 rotation tile, which is repeated over the screen and makes each pixel sample differently from its neighbours.
+//! The 4x4 rotation tile, which is repeated over the screen and makes each pixel sample differently from its
+//! neighbours.
 //!
-//! It is that of ShaderX7 6.2 (Directions and jittering): each texel is (cos a, sin a, b), where a is a random angle, less
-//! than that between two directions, and b is a random fraction of a step. For `ssao` it is that of 6.1 (Randomly rotated
-//! kernel): each texel is a random unit vector, by which the offsets of the samples are turned.
+//! It is that of ShaderX7 6.2 (Directions and jittering): each texel is (cos a, sin a, b), where a is a random angle,
+//! less than that between two directions, and b is a random fraction of a step. For `ssao` it is that of 6.1 (Randomly
+//! rotated kernel): each texel is a random unit vector, by which the offsets of the samples are turned.
 
 use crate::image::Image;
 use crate::settings::{Jitter, Method, Settings};
@@ -16,7 +17,8 @@ const SEED: u128 = 0x6862_616f_2008_0602;
 /// The rotation tile for these settings, 4x4 texels. The pixel at the window position (x, y), with y up, uses texel
 /// (x mod 4, y mod 4). The tile is the same on every platform.
 ///
-/// Each texel is (cos a, sin a, b), with a uniform in [0, 2 pi / N_d) and b uniform in [0, 1). Without jitter a = b = 0.
+/// Each texel is (cos a, sin a, b), with a uniform in [0, 2 pi / N_d) and b uniform in [0, 1). Without jitter a = b =
+/// 0.
 ///
 /// For `ssao` each texel is a unit vector (x, y, z), uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter.
 /// Vectors with z < 0 are left out because they would not vary the offsets any further, and because the rotation that

@@ -1,5 +1,5 @@
-//! Opens an OpenGL 3.3 core context without a window. Two backends can do this: EGL, which uses a GPU or Mesa's software
-//! driver, and OSMesa, which renders in memory.
+//! Opens an OpenGL 3.3 core context without a window. Two backends can do this: EGL, which uses a GPU or Mesa's
+//! software driver, and OSMesa, which renders in memory.
 //!
 //! A context is current on the thread that opened it, from [`Context::open`] until it is dropped. It has no usable
 //! default framebuffer, so all rendering must go to framebuffer objects. Several threads may each have a context, from
@@ -16,8 +16,8 @@
 //! # Ok::<(), hbao::Error>(())
 //! ```
 
-// glutin has EGL on these targets (`egl_backend` in its build script), and libloading opens libraries on the second kind.
-// Elsewhere a stand-in of the same interface says that the backend is missing.
+// glutin has EGL on these targets (`egl_backend` in its build script), and libloading opens libraries on the second
+// kind. Elsewhere a stand-in of the same interface says that the backend is missing.
 #[cfg(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm")))]
 mod egl;
 #[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]
@@ -110,8 +110,8 @@ impl Context {
     ///
     /// # Errors
     ///
-    /// [`Error::Context`] if this thread already has a context, or if none can be opened. The message says why, and what
-    /// to install or to change.
+    /// [`Error::Context`] if this thread already has a context, or if none can be opened. The message says why, and
+    /// what to install or to change.
     pub fn open(backend: Backend) -> Result<Context, Error> {
         match backend {
             Backend::Auto => Context::open_first(&[Backend::Egl, Backend::Osmesa]),
@@ -144,12 +144,13 @@ impl Context {
         Ok(context)
     }
 
-    /// Refuses a context that is not OpenGL 3.3 core. Drivers give at least the version that was asked for, or fail. The
-    /// exception is an environment variable that overrides Mesa's version: `MESA_GL_VERSION_OVERRIDE=3.3COMPAT` gives a
-    /// compatibility profile.
+    /// Refuses a context that is not OpenGL 3.3 core. Drivers give at least the version that was asked for, or fail.
+    /// The exception is an environment variable that overrides Mesa's version: `MESA_GL_VERSION_OVERRIDE=3.3COMPAT`
+    /// gives a compatibility profile.
     fn check_version(&self) -> Result<(), Error> {
         let version = self.gl.version();
-        // SAFETY: the context is current on this thread. Versions before 3.2, which have no profiles, are ruled out first.
+        // SAFETY: the context is current on this thread. Versions before 3.2, which have no profiles, are ruled out
+        // first.
         let fits = !version.is_embedded
             && (version.major, version.minor) >= (3, 3)
             && unsafe {
@@ -196,8 +197,8 @@ impl Context {
     }
 
     /// The address of OpenGL's function `name`, for a loader other than glow, or null if the backend does not know the
-    /// function. Some EGL libraries return an address for any name, so an address does not prove that the driver has the
-    /// function.
+    /// function. Some EGL libraries return an address for any name, so an address does not prove that the driver has
+    /// the function.
     #[must_use]
     pub fn get_proc_address(&self, name: &CStr) -> *const c_void {
         self.platform.get_proc_address(name)

@@ -1,5 +1,5 @@
-//! Opens a context with OSMesa, a library that holds Mesa's software drivers and renders to memory. The library is loaded
-//! at run time.
+//! Opens a context with OSMesa, a library that holds Mesa's software drivers and renders to memory. The library is
+//! loaded at run time.
 
 use super::remedy;
 use crate::Error;
@@ -80,8 +80,8 @@ impl Functions {
     }
 
     /// The functions, loaded once per process. The library is deliberately never unloaded: a clone of a context's
-    /// `Arc<glow::Context>` may hold addresses of its functions indefinitely, and Mesa's worker threads and destructors of
-    /// thread-local variables run its code after the last context is gone.
+    /// `Arc<glow::Context>` may hold addresses of its functions indefinitely, and Mesa's worker threads and destructors
+    /// of thread-local variables run its code after the last context is gone.
     fn of_process() -> Result<&'static Functions, Error> {
         static FUNCTIONS: LazyLock<Result<Functions, String>> = LazyLock::new(|| Functions::load(LIBRARY));
         FUNCTIONS.as_ref().map_err(|why| Error::Context(why.clone()))

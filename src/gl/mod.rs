@@ -58,8 +58,8 @@ pub(crate) fn not_made(gl: &glow::Context, place: &str) -> Error {
     check(gl, place).err().unwrap_or_else(silent)
 }
 
-/// True if the driver refused what was asked for, so that another format or fewer samples may succeed. A lost context or
-/// a driver that makes no objects is not such a refusal. Neither is a lack of memory: see [`is_out_of_memory`].
+/// True if the driver refused what was asked for, so that another format or fewer samples may succeed. A lost context
+/// or a driver that makes no objects is not such a refusal. Neither is a lack of memory: see [`is_out_of_memory`].
 pub(crate) fn is_refusal(error: &Error) -> bool {
     const OTHERS: [GlCause; 3] =
         [GlCause::Code(glow::OUT_OF_MEMORY), GlCause::Code(glow::CONTEXT_LOST), GlCause::NoObject];
@@ -104,8 +104,8 @@ pub fn size_limit(gl: &glow::Context) -> u32 {
 
 /// Checks that the driver can render images of `width` by `height` pixels. The context must be current.
 ///
-/// # Errors
-/// [`Error::Usage`] for a size of 0 or above [`size_limit`], and [`Error::Gl`] if the driver does not report its limits.
+/// # Errors [`Error::Usage`] for a size of 0 or above [`size_limit`], and [`Error::Gl`] if the driver does not report
+/// its limits.
 pub fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
     let limit = size_limit(gl);
     check(gl, "the driver's limits")?;

@@ -40,13 +40,14 @@ impl Defines {
     }
 }
 
-/// The source string number of piece `index` of `count`, for `#line`. The last piece, which is the pass's own file, gets
-/// number 0: inside expressions Mesa reports 0 in place of the number, and most errors are in the pass's own file.
+/// The source string number of piece `index` of `count`, for `#line`. The last piece, which is the pass's own file,
+/// gets number 0: inside expressions Mesa reports 0 in place of the number, and most errors are in the pass's own file.
 fn number(index: usize, count: usize) -> usize {
     (index + 1) % count
 }
 
-/// The text that is given to the driver. A `#line` before each piece makes errors name the piece and the line within it.
+/// The text that is given to the driver. A `#line` before each piece makes errors name the piece and the line within
+/// it.
 pub(crate) fn assemble(defines: &Defines, pieces: &[Source]) -> String {
     let mut text = format!("#version 330 core\n{}", defines.0);
     for (index, piece) in pieces.iter().enumerate() {
@@ -62,8 +63,8 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// Compiles and links a program. `fragment` is the shared pieces in order, followed by the pass's own file, which also
-    /// names the program in errors. The outputs `out_0` to `out_2` are bound to the draw buffers 0 to 2.
+    /// Compiles and links a program. `fragment` is the shared pieces in order, followed by the pass's own file, which
+    /// also names the program in errors. The outputs `out_0` to `out_2` are bound to the draw buffers 0 to 2.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         defines: &Defines,
@@ -115,8 +116,8 @@ impl Program {
     }
 
     /// Sets a float of the program, which must be in use. As with all setters here, a uniform that the program does not
-    /// have is ignored. A value beyond float32's range becomes the largest float32 number, since an infinity would become
-    /// NaN when multiplied by 0.
+    /// have is ignored. A value beyond float32's range becomes the largest float32 number, since an infinity would
+    /// become NaN when multiplied by 0.
     pub(crate) fn float(&self, name: &str, value: f64) -> &Program {
         let value = value.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
         // SAFETY: the context is current and the program in use.

@@ -8,7 +8,8 @@ use std::sync::Arc;
 /// How many texture units the passes use: units 0 to 3.
 const UNITS: u32 = 4;
 
-/// The capabilities that must be disabled for the passes. Blending is not listed, because it is enabled per draw buffer.
+/// The capabilities that must be disabled for the passes. Blending is not listed, because it is enabled per draw
+/// buffer.
 const SWITCHES: [u32; 21] = [
     glow::DEPTH_TEST,
     glow::STENCIL_TEST,
@@ -47,8 +48,8 @@ struct Stencil {
 
 impl Stencil {
     /// The parameters of the front and of the back face. A framebuffer that has a stencil buffer must be bound, because
-    /// OpenGL clamps the reference that it reports to the range of the bound framebuffer's stencil: without a stencil it
-    /// reports 0 in place of the reference that was set.
+    /// OpenGL clamps the reference that it reports to the range of the bound framebuffer's stencil: without a stencil
+    /// it reports 0 in place of the reference that was set.
     fn both(gl: &glow::Context) -> [Stencil; 2] {
         // SAFETY: the context is current, and these are core parameters of one value.
         let int = |parameter| unsafe { gl.get_parameter_i32(parameter) };
@@ -87,8 +88,8 @@ struct Unit {
 /// The place that is given for errors that occur before a pass runs.
 const SAVING: &str = "saving the application's state";
 
-/// The state that the passes of [`crate::AmbientOcclusion`] change, as it was before them. It is restored when this value
-/// is dropped.
+/// The state that the passes of [`crate::AmbientOcclusion`] change, as it was before them. It is restored when this
+/// value is dropped.
 pub(crate) struct SavedState {
     gl: Arc<glow::Context>,
     switches: [bool; SWITCHES.len()],
@@ -120,9 +121,9 @@ const UNPACK: [u32; 6] = [
 ];
 
 impl SavedState {
-    /// Saves the application's state and sets the state that every full-screen pass expects, in which nothing is tested,
-    /// masked or blended. If the passes use a stencil, `stencil` is a target that has one; only then are the stencil's
-    /// parameters saved.
+    /// Saves the application's state and sets the state that every full-screen pass expects, in which nothing is
+    /// tested, masked or blended. If the passes use a stencil, `stencil` is a target that has one; only then are the
+    /// stencil's parameters saved.
     ///
     /// No OpenGL error may be pending.
     ///
@@ -195,9 +196,9 @@ impl SavedState {
 }
 
 impl SavedState {
-    /// Runs the passes and then restores the state, whether the passes failed or not. An OpenGL error from saving or from
-    /// restoring the state is reported as such: it is neither attributed to a pass nor left for the next run, which would
-    /// take it for an error of the application.
+    /// Runs the passes and then restores the state, whether the passes failed or not. An OpenGL error from saving or
+    /// from restoring the state is reported as such: it is neither attributed to a pass nor left for the next run,
+    /// which would take it for an error of the application.
     pub(crate) fn put_back_after<T>(
         self,
         gl: &glow::Context,

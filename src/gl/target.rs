@@ -13,8 +13,8 @@ pub(crate) struct Renderbuffer {
 }
 
 impl Renderbuffer {
-    /// Allocates a renderbuffer of the internal format `format`. With 0 `samples` it is not multisample. `place` names it
-    /// in errors. Leaves it bound.
+    /// Allocates a renderbuffer of the internal format `format`. With 0 `samples` it is not multisample. `place` names
+    /// it in errors. Leaves it bound.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -69,9 +69,9 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// Makes a framebuffer of `width` by `height` texels. `colours` are attached in order, from `GL_COLOR_ATTACHMENT0` on.
-    /// `depth` is an attachment point (depth, stencil, or both) and what is attached there. `place` names the framebuffer
-    /// in errors. Leaves it bound.
+    /// Makes a framebuffer of `width` by `height` texels. `colours` are attached in order, from `GL_COLOR_ATTACHMENT0`
+    /// on. `depth` is an attachment point (depth, stencil, or both) and what is attached there. `place` names the
+    /// framebuffer in errors. Leaves it bound.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -115,8 +115,8 @@ impl Target {
     pub(crate) fn read_stencil(&self, place: &str) -> Result<Vec<u8>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize];
         // SAFETY: the context is current and the framebuffer is ours. `DefaultPacking::around` reads only if the
-        // framebuffer could be bound and the packing could be set. `bytes` then holds exactly the bytes that are written:
-        // with an alignment of 1, rows have no padding.
+        // framebuffer could be bound and the packing could be set. `bytes` then holds exactly the bytes that are
+        // written: with an alignment of 1, rows have no padding.
         let bind = || unsafe { self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id)) };
         let (width, height) = (self.width as i32, self.height as i32);
         // SAFETY: as above.

@@ -1,5 +1,5 @@
-//! Rectangle textures, which have unnormalised coordinates, no mipmaps, and the fastest fetches on software drivers; and
-//! multisample textures.
+//! Rectangle textures, which have unnormalised coordinates, no mipmaps, and the fastest fetches on software drivers;
+//! and multisample textures.
 
 use super::{check, not_made};
 use crate::Error;
@@ -83,8 +83,8 @@ impl Texture {
         Texture::allocate(gl, place, format, width, height, None)
     }
 
-    /// Makes a texture that holds `texels`: `width * height` times as many floats as the format has channels, the bottom
-    /// row first. Otherwise as [`Texture::new`].
+    /// Makes a texture that holds `texels`: `width * height` times as many floats as the format has channels, the
+    /// bottom row first. Otherwise as [`Texture::new`].
     pub(crate) fn of_floats(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -141,9 +141,9 @@ impl Texture {
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
         let place = format!("{}: reading it back", self.place);
-        // SAFETY: the context is current and the texture is ours. `DefaultPacking::around` reads only if the texture could
-        // be bound and the packing could be set. `bytes` then holds exactly the floats that are written: the length of a
-        // row of floats is always a multiple of the alignment of 4, so rows have no padding.
+        // SAFETY: the context is current and the texture is ours. `DefaultPacking::around` reads only if the texture
+        // could be bound and the packing could be set. `bytes` then holds exactly the floats that are written: the
+        // length of a row of floats is always a multiple of the alignment of 4, so rows have no padding.
         //
         // glGetTexImage is used because glReadPixels would clamp negative values.
         let bind = || unsafe { self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id)) };
@@ -169,8 +169,8 @@ const PACK: [u32; 6] = [
 ];
 
 /// Sets the parameters by which pixels are packed to OpenGL's initial values, except for the alignment of rows, and
-/// restores the application's values when it is dropped. With the application's values, reading an image back could write
-/// past the end of the memory that was allocated for it.
+/// restores the application's values when it is dropped. With the application's values, reading an image back could
+/// write past the end of the memory that was allocated for it.
 pub(super) struct DefaultPacking<'a> {
     gl: &'a glow::Context,
     buffer: Option<glow::Buffer>,
@@ -178,9 +178,9 @@ pub(super) struct DefaultPacking<'a> {
 }
 
 impl DefaultPacking<'_> {
-    /// Calls `bind` and then `read`, which reads pixels back from what `bind` has bound. If OpenGL refuses to bind or to
-    /// set the packing, `read` is not called, because it would read another image, or pack it differently, and could write
-    /// past the end of its memory.
+    /// Calls `bind` and then `read`, which reads pixels back from what `bind` has bound. If OpenGL refuses to bind or
+    /// to set the packing, `read` is not called, because it would read another image, or pack it differently, and could
+    /// write past the end of its memory.
     pub(super) fn around(
         gl: &glow::Context,
         place: &str,
@@ -230,9 +230,9 @@ pub(crate) struct MultisampleTexture {
 }
 
 impl MultisampleTexture {
-    /// Allocates a texture with `samples` samples per pixel, or with more if the driver rounds the number up. All textures
-    /// made with the same number have their samples at the same places in the pixel. `place` names the texture in errors.
-    /// Leaves it bound to `GL_TEXTURE_2D_MULTISAMPLE` of the active unit.
+    /// Allocates a texture with `samples` samples per pixel, or with more if the driver rounds the number up. All
+    /// textures made with the same number have their samples at the same places in the pixel. `place` names the texture
+    /// in errors. Leaves it bound to `GL_TEXTURE_2D_MULTISAMPLE` of the active unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,

@@ -85,8 +85,8 @@ impl Timers {
             result?;
             let mut nanoseconds = 0u64;
             if let Some(query) = self.query {
-                // glow 0.17's get_query_parameter_u64 calls an extension's function wherever a function of OpenGL 4.5 is
-                // missing. The function below calls OpenGL 3.3's glGetQueryObjectui64v, which takes the offset as an
+                // glow 0.17's get_query_parameter_u64 calls an extension's function wherever a function of OpenGL 4.5
+                // is missing. The function below calls OpenGL 3.3's glGetQueryObjectui64v, which takes the offset as an
                 // address in memory when no query buffer is bound.
                 let address = (&raw mut nanoseconds).expose_provenance();
                 gl.get_query_parameter_u64_with_offset(query, glow::QUERY_RESULT, address);

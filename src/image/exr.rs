@@ -14,8 +14,8 @@ use ::exr::prelude::{
 use super::{Image, MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
-/// Encodes an image as the bytes of an EXR file. Every value is stored exactly, including infinities. `text` is stored as
-/// pairs (keyword, text) in string attributes. The attributes' names are the keywords in lower case, like EXR's own
+/// Encodes an image as the bytes of an EXR file. Every value is stored exactly, including infinities. `text` is stored
+/// as pairs (keyword, text) in string attributes. The attributes' names are the keywords in lower case, like EXR's own
 /// `software` and `comments`.
 ///
 /// # Errors

@@ -128,9 +128,9 @@ fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
     open().map_err(|e: std::io::Error| Error::input(path, e.to_string()))
 }
 
-/// Refuses a file whose header claims more bytes of pixels than a file of its length can contain. This is checked before
-/// memory is allocated for the pixels. Deflate, which both formats use, compresses at best 1032 bytes to 1, and EXR's
-/// other codecs do not do much better.
+/// Refuses a file whose header claims more bytes of pixels than a file of its length can contain. This is checked
+/// before memory is allocated for the pixels. Deflate, which both formats use, compresses at best 1032 bytes to 1, and
+/// EXR's other codecs do not do much better.
 fn check_claim(path: &Path, length: u64, claimed: u128) -> Result<(), Error> {
     const BEST_COMPRESSION: u128 = 2048;
     if claimed > u128::from(length) * BEST_COMPRESSION || usize::try_from(claimed).is_err() {

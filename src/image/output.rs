@@ -11,14 +11,14 @@ use crate::Error;
 /// The files of one run. [`Outputs::stage`] writes each under a temporary name in its own folder. When all are staged,
 /// [`Outputs::commit`] gives them their names. If the value is dropped before that, the temporary files are deleted.
 ///
-/// At every moment, each name refers either to what was there before or to the complete new file. This holds even if the
-/// process is killed or runs out of memory. In those cases no destructor runs, and files with temporary names,
-/// `.hbao-*.tmp`, may be left behind. Nothing reads them, and they may be deleted. Files are not flushed to the disk, so
-/// nothing is promised for a loss of power.
+/// At every moment, each name refers either to what was there before or to the complete new file. This holds even if
+/// the process is killed or runs out of memory. In those cases no destructor runs, and files with temporary names,
+/// `.hbao-*.tmp`, may be left behind. Nothing reads them, and they may be deleted. Files are not flushed to the disk,
+/// so nothing is promised for a loss of power.
 ///
-/// If a path is a symbolic link, the link stays and the file that it points to is replaced. If a path is neither a file nor
-/// a folder (a terminal, `/dev/null`, a FIFO), or leads to an open file of this process, such as `/dev/stdout`, the bytes
-/// are written to it instead of replacing it.
+/// If a path is a symbolic link, the link stays and the file that it points to is replaced. If a path is neither a file
+/// nor a folder (a terminal, `/dev/null`, a FIFO), or leads to an open file of this process, such as `/dev/stdout`, the
+/// bytes are written to it instead of replacing it.
 ///
 /// ```
 /// # fn main() -> Result<(), hbao::Error> {
@@ -108,16 +108,15 @@ impl Outputs {
         Ok(())
     }
 
-    /// Gives every staged file its name, and replaces the file that had this name. What cannot be replaced is written to
-    /// first, so that a broken pipe leaves all files as they were.
+    /// Gives every staged file its name, and replaces the file that had this name. What cannot be replaced is written
+    /// to first, so that a broken pipe leaves all files as they were.
     ///
-    /// # Errors
-    /// [`Error::Output`] if writing or renaming fails. If renaming fails, the files that were staged earlier have already
-    /// been replaced, and those staged later have not.
+    /// # Errors [`Error::Output`] if writing or renaming fails. If renaming fails, the files that were staged earlier
+    /// have already been replaced, and those staged later have not.
     pub fn commit(self) -> Result<(), Error> {
         for StagedStream { path, bytes } in &self.streams {
-            // Appending keeps what a log file contains when the shell has opened it with `>> log`. For pipes and devices
-            // it makes no difference.
+            // Appending keeps what a log file contains when the shell has opened it with `>> log`. For pipes and
+            // devices it makes no difference.
             let mut stream = OpenOptions::new().append(true).open(path).map_err(|e| Error::output(path, e))?;
             stream.write_all(bytes).map_err(|e| Error::output(path, e))?;
         }
@@ -181,9 +180,9 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// True for the paths by which Unix shows a process its open files, such as the one that `/dev/stdout` links to. Even if
-/// the open file is a regular file it must not be replaced by renaming another file, because the shell that opened it
-/// would keep the old one.
+/// True for the paths by which Unix shows a process its open files, such as the one that `/dev/stdout` links to. Even
+/// if the open file is a regular file it must not be replaced by renaming another file, because the shell that opened
+/// it would keep the old one.
 fn is_descriptor(path: &Path) -> bool {
     path.starts_with("/dev/fd") || path.starts_with("/proc")
 }

@@ -72,8 +72,8 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }))
 }
 
-/// Reads the text of a PNG file as pairs (keyword, text), in no particular order. At most 16 MiB of text are read, because
-/// a small file can contain gigabytes of compressed text.
+/// Reads the text of a PNG file as pairs (keyword, text), in no particular order. At most 16 MiB of text are read,
+/// because a small file can contain gigabytes of compressed text.
 ///
 /// # Errors
 /// [`Error::Input`] if the file cannot be read, is damaged, or has more text.

@@ -21,13 +21,14 @@ pub enum Projection {
     },
 }
 
-/// Where the eye stands, how it is turned, and what it sees. `right`, `up` and `forward` are unit vectors of world space,
-/// each perpendicular to the other two. Lengths are in scene units.
+/// Where the eye stands, how it is turned, and what it sees. `right`, `up` and `forward` are unit vectors of world
+/// space, each perpendicular to the other two. Lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The eye's position in world space.
     pub eye: DVec3,
-    /// The picture's x axis. It is the cross product of `forward` and `up`, so that a right-handed world is not mirrored.
+    /// The picture's x axis. It is the cross product of `forward` and `up`, so that a right-handed world is not
+    /// mirrored.
     pub right: DVec3,
     /// The picture's y axis.
     pub up: DVec3,

@@ -9,8 +9,8 @@ use std::path::Path;
 const OBJ: &[u8] = include_bytes!("../../models/cornell_box.obj");
 const MTL: &[u8] = include_bytes!("../../models/cornell_box.mtl");
 
-/// The focal length and the film's height of the published camera, both in millimetres. They give a vertical field of view
-/// of 39.3077 degrees.
+/// The focal length and the film's height of the published camera, both in millimetres. They give a vertical field of
+/// view of 39.3077 degrees.
 const FOCAL_LENGTH: f64 = 35.0;
 const FILM: f64 = 25.0;
 
@@ -25,8 +25,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(2.0 * (FILM / (2.0 * FOCAL_LENGTH)).atan())),
             ..View::default()
         },
-        // This is a little less than the height of the short block, 165. The creases darken, and the middles of the walls
-        // stay open.
+        // This is a little less than the height of the short block, 165. The creases darken, and the middles of the
+        // walls stay open.
         radius: Some(150.0),
     })
 }

@@ -9,12 +9,12 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Transforms a wall's own coordinates to world space. In the wall's coordinates x points along the wall, y up, and z into
-/// the wall, away from the viewer.
+/// Transforms a wall's own coordinates to world space. In the wall's coordinates x points along the wall, y up, and z
+/// into the wall, away from the viewer.
 pub(super) type Place<'a> = &'a dyn Fn(DVec3) -> DVec3;
 
-/// The corners of each side of a block, except the underside. The bits of a corner's number, from the lowest, say whether
-/// its x, y and z are the high ones.
+/// The corners of each side of a block, except the underside. The bits of a corner's number, from the lowest, say
+/// whether its x, y and z are the high ones.
 const STANDING: [[usize; 4]; 5] = [[4, 5, 7, 6], [0, 1, 3, 2], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
 
 /// An arched opening in a wall: two jambs, and an arch that is half an ellipse.
@@ -49,8 +49,8 @@ impl Opening {
     }
 }
 
-/// The cosine and the sine of `i`/`n` of a full turn. At quarter turns they are exact, where libm's would be only nearly
-/// zero, so that points that should coincide there do.
+/// The cosine and the sine of `i`/`n` of a full turn. At quarter turns they are exact, where libm's would be only
+/// nearly zero, so that points that should coincide there do.
 pub(super) fn circle(i: usize, n: usize) -> (f64, f64) {
     match (4 * i / n % 4, 4 * i % n) {
         (0, 0) => (1.0, 0.0),
@@ -104,9 +104,9 @@ impl Masonry {
         self.triangle(a, c, d);
     }
 
-    /// Adds `rows` by `columns` quads. `point(i, j)` gives their corners, for i from 0 to `rows` and j from 0 to `columns`.
-    /// The quads are split symmetrically about the middles of the patch, so that the edges inside them run along its two
-    /// diagonals, as the groins of a vault do.
+    /// Adds `rows` by `columns` quads. `point(i, j)` gives their corners, for i from 0 to `rows` and j from 0 to
+    /// `columns`. The quads are split symmetrically about the middles of the patch, so that the edges inside them run
+    /// along its two diagonals, as the groins of a vault do.
     pub(super) fn patch(&mut self, rows: usize, columns: usize, point: impl Fn(usize, usize) -> DVec3) {
         for i in 0..rows {
             for j in 0..columns {
@@ -144,8 +144,8 @@ impl Masonry {
         }
     }
 
-    /// Adds a turned piece, made by rotating `profile`, points of (radius, height), about the vertical axis through `foot`.
-    /// A full turn has `sides` sides; those from number `arc[0]` to number `arc[1]` are added.
+    /// Adds a turned piece, made by rotating `profile`, points of (radius, height), about the vertical axis through
+    /// `foot`. A full turn has `sides` sides; those from number `arc[0]` to number `arc[1]` are added.
     pub(super) fn lathe(&mut self, foot: DVec3, sides: usize, arc: [usize; 2], profile: &[[f64; 2]]) {
         self.patch(profile.len() - 1, arc[1] - arc[0], |i, j| {
             let ([radius, height], (c, s)) = (profile[i], circle(arc[0] + j, sides));
@@ -158,8 +158,8 @@ impl Masonry {
         self.patch(profile.len() - 1, 1, |i, j| DVec3::new(x[j], profile[i][0], profile[i][1]));
     }
 
-    /// Adds a rib along a curved path. `across` is half of its width, as a vector. It reaches from the distance `outward`
-    /// outside the path to the distance `inward` inside it; inside is towards `centre`.
+    /// Adds a rib along a curved path. `across` is half of its width, as a vector. It reaches from the distance
+    /// `outward` outside the path to the distance `inward` inside it; inside is towards `centre`.
     pub(super) fn rib(&mut self, path: &[DVec3], across: DVec3, centre: DVec3, [outward, inward]: [f64; 2]) {
         let section = [(across, outward), (across, -inward), (-across, -inward), (-across, outward)];
         // The outer side is left out, because it is hidden in the vault.
@@ -204,8 +204,8 @@ impl Masonry {
         self.reveal(place, [0.0, thickness], opening);
     }
 
-    /// Adds the face of a wall with a recess, whose back is closed by a pane. The last argument is the depth of the recess
-    /// and the index of the pane's colour.
+    /// Adds the face of a wall with a recess, whose back is closed by a pane. The last argument is the depth of the
+    /// recess and the index of the pane's colour.
     pub(super) fn recess(
         &mut self,
         place: Place,

@@ -14,8 +14,8 @@ pub(super) const FARTHEST: f64 = 1e15;
 pub struct Mesh {
     /// The positions of the vertices, each coordinate at most 1e15 in magnitude.
     pub positions: Vec<DVec3>,
-    /// The triangles, each as three indices into `positions`. Their winding has no meaning: both sides of a triangle are
-    /// visible, and both occlude.
+    /// The triangles, each as three indices into `positions`. Their winding has no meaning: both sides of a triangle
+    /// are visible, and both occlude.
     pub triangles: Vec<[u32; 3]>,
     /// The colours. Each group is a run of `triangles`, and the groups cover all triangles in order.
     pub groups: Vec<Group>,
@@ -35,9 +35,8 @@ pub struct Group {
 impl Mesh {
     /// Makes a white mesh without normals.
     ///
-    /// # Errors
-    /// [`Error::Usage`] if there is no triangle, if a coordinate is not finite or above 1e15 in magnitude, or if an index
-    /// is out of range.
+    /// # Errors [`Error::Usage`] if there is no triangle, if a coordinate is not finite or above 1e15 in magnitude, or
+    /// if an index is out of range.
     pub fn new(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Mesh, Error> {
         if triangles.is_empty() {
             return Err(Error::Usage("a mesh needs at least one triangle".into()));
@@ -59,9 +58,8 @@ impl Mesh {
 
     /// Gives the mesh these colours.
     ///
-    /// # Errors
-    /// [`Error::Usage`] unless the groups cover all triangles in order, without a gap or an overlap, and the colours lie
-    /// in [0, 1].
+    /// # Errors [`Error::Usage`] unless the groups cover all triangles in order, without a gap or an overlap, and the
+    /// colours lie in [0, 1].
     pub fn with_groups(mut self, groups: Vec<Group>) -> Result<Mesh, Error> {
         let mut covered = 0;
         for group in &groups {
@@ -69,7 +67,7 @@ impl Mesh {
             let colour_fits = group.colour.iter().all(|x| (0.0..=1.0).contains(x));
             if start != covered || end < start || !colour_fits {
                 return Err(Error::Usage(format!(
-                    "the group of triangles {start}..{end} must begin at triangle {covered}, and its colour lie in [0, 1]"
+                    "the group of triangles {start}..{end} must start at {covered}, and its colour lie in [0, 1]"
                 )));
             }
             covered = end;
@@ -93,8 +91,8 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Computes a unit normal for each position. It is the normal that the mesh was given, or where that is unknown, the
-    /// mean of the normals of all triangles that meet at this point, weighted by their areas. A point at which all
+    /// Computes a unit normal for each position. It is the normal that the mesh was given, or where that is unknown,
+    /// the mean of the normals of all triangles that meet at this point, weighted by their areas. A point at which all
     /// triangles have zero area gets (0, 1, 0).
     ///
     /// The normals are not stored, because rendering uses the normals of the triangles by default.

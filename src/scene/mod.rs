@@ -1,8 +1,8 @@
 //! Models, the built-in scenes, and cameras.
 //!
-//! World space is right-handed with y up, as in OBJ files. [`Camera::to_eye`] transforms it to the left-handed eye space of
-//! the papers: x right, y up, z forward. Everything here is float64. Positions are rounded to float32 only after they are
-//! relative to the camera, so that a scene far from the origin renders as it would at the origin.
+//! World space is right-handed with y up, as in OBJ files. [`Camera::to_eye`] transforms it to the left-handed eye
+//! space of the papers: x right, y up, z forward. Everything here is float64. Positions are rounded to float32 only
+//! after they are relative to the camera, so that a scene far from the origin renders as it would at the origin.
 
 mod camera;
 mod cornell_box;

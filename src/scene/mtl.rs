@@ -9,11 +9,12 @@ use std::path::{Component, Path, PathBuf};
 /// The colour of triangles that have no material, or a material without `Kd`.
 pub(super) const WHITE: [f32; 3] = [1.0; 3];
 
-/// The most material files that a model may name. The number is limited because each of them is searched for and opened.
+/// The most material files that a model may name. The number is limited because each of them is searched for and
+/// opened.
 pub(super) const MOST_LIBRARIES: usize = 200;
 
-/// Reads the diffuse colours of the materials in `wanted` from an MTL file, clamped to [0, 1]. `wanted` maps names to the
-/// numbers by which the result is indexed. If a file defines a name twice, the last definition counts. All other
+/// Reads the diffuse colours of the materials in `wanted` from an MTL file, clamped to [0, 1]. `wanted` maps names to
+/// the numbers by which the result is indexed. If a file defines a name twice, the last definition counts. All other
 /// materials are ignored.
 ///
 /// Of each material only `Kd` is read. Many files have mistakes in other statements (`illum 2.0`, comments in Latin-1),
@@ -57,8 +58,8 @@ fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f32; 3], Stri
     Ok(numbers.map(|x| x.clamp(0.0, 1.0) as f32))
 }
 
-/// The MTL files that one `mtllib` statement names. All of them must lie in one of the model's `folders`: models are often
-/// files from somebody else, and must not be able to make this program open files elsewhere.
+/// The MTL files that one `mtllib` statement names. All of them must lie in one of the model's `folders`: models are
+/// often files from somebody else, and must not be able to make this program open files elsewhere.
 pub(super) fn libraries(folders: &[PathBuf], name: &str) -> Result<Vec<PathBuf>, String> {
     // The words are taken for several names only if all end in `.mtl` and no file has all of them as its name: a name
     // that contains spaces is more frequent than a statement with several names.

@@ -1,29 +1,32 @@
 //! The built-in nave: a generated church interior. It stands in for the model of the cathedral of Sibenik where that is
 //! not available.
 //!
-//! Lengths are in metres. x points east, y up and z south, and the floor of the nave is at y = 0. The northern half is the
-//! mirror image of the southern half.
+//! Lengths are in metres. x points east, y up and z south, and the floor of the nave is at y = 0. The northern half is
+//! the mirror image of the southern half.
 //!
 //! - The nave reaches from x = -20 to 7 and is 7.2 wide. It has six bays of 4.5. Each bay has, on both sides and from
 //!   below: a round arch on columns (abacus at 4.0, crown at 5.75), two openings of a gallery with balusters (6.7 to
 //!   8.9), and a window of the clerestory. A groin vault with ribs covers the bay (10.4 to 14.0). Pews stand on both
 //!   sides of a carpet. The west wall has a door and a window.
-//! - The aisles, one on each side, reach from z = 4.4 to 8. Their floors are 0.15 higher. They have groin vaults with ribs
-//!   (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the last bay,
-//!   where an altar stands before a niche.
-//! - The choir reaches from x = 7 to 14. Its floor is at 1.35, nine steps up, of which seven are round. It lies behind the
-//!   chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a barrel
-//!   vault up to 11.05.
-//! - The apse is a half circle about x = 14.25 with a radius of 3.2. It has five windows, a cornice, a conch (half a dome)
+//! - The aisles, one on each side, reach from z = 4.4 to 8. Their floors are 0.15 higher. They have groin vaults with
+//!   ribs
+//!   (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the last
+//!   bay, where an altar stands before a niche.
+//! - The choir reaches from x = 7 to 14. Its floor is at 1.35, nine steps up, of which seven are round. It lies behind
+//!   the
+//!   chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a
+//!   barrel vault up to 11.05.
+//! - The apse is a half circle about x = 14.25 with a radius of 3.2. It has five windows, a cornice, a conch (half a
+//!   dome)
 //!   up to 9.7, and the altar.
 //!
 //! There is no outside: walls have no backs, and windows are recesses with panes. Parts that meet overlap by `INTO`,
 //! so that there is no gap between them and no two faces coincide.
 //!
-//! The depth complexity, which is the mean number of triangles that a ray from the eye meets, is 3.36 at 160x120 from the
-//! scene's own camera. That of Sibenik, seen from (-15.5, -10.5, 0) towards (10, -9, 0) with the same field of view of 60
-//! degrees, is 3.04. Both were measured with one float64 ray through the middle of each pixel. After each hit the ray
-//! continues at 1e-6 of the depth behind it.
+//! The depth complexity, which is the mean number of triangles that a ray from the eye meets, is 3.36 at 160x120 from
+//! the scene's own camera. That of Sibenik, seen from (-15.5, -10.5, 0) towards (10, -9, 0) with the same field of view
+//! of 60 degrees, is 3.04. Both were measured with one float64 ray through the middle of each pixel. After each hit the
+//! ray continues at 1e-6 of the depth behind it.
 
 use super::masonry::{Masonry, Opening, circle};
 use super::{Lens, Mesh, Scene, View};
@@ -61,8 +64,8 @@ const BAY: f64 = 4.5;
 /// How far parts reach into other parts that they meet.
 const INTO: f64 = 0.05;
 
-/// Distances from the middle, in z: the nave's walls, the faces of these walls in the aisles, and the outer walls of the
-/// aisles.
+/// Distances from the middle, in z: the nave's walls, the faces of these walls in the aisles, and the outer walls of
+/// the aisles.
 const NAVE: f64 = 3.6;
 const OUTER: f64 = 4.4;
 const AISLE: f64 = 8.0;
@@ -84,8 +87,8 @@ const CLERESTORY: f64 = 8.9;
 /// The height at which the nave's vault begins, and its rise.
 const VAULT_FOOT: f64 = 10.4;
 const VAULT_RISE: f64 = 3.6;
-/// How many rows of quads the vault of one bay has in x and in z, in the nave and in the aisles. This is also the number
-/// of chords of its ribs. It must be even.
+/// How many rows of quads the vault of one bay has in x and in z, in the nave and in the aisles. This is also the
+/// number of chords of its ribs. It must be even.
 const VAULT_CELLS: usize = 10;
 const AISLE_CELLS: usize = 6;
 /// The heights of the walls in the nave and in the aisles. Walls end above the vaults that hide their upper ends.
@@ -103,8 +106,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(60_f64.to_radians())),
             ..View::default()
         },
-        // This is somewhat more than the width of the columns' capitals. Creases and contacts darken, and the middles of
-        // walls and floors stay open.
+        // This is somewhat more than the width of the columns' capitals. Creases and contacts darken, and the middles
+        // of walls and floors stay open.
         radius: Some(1.5),
     })
 }
@@ -241,8 +244,8 @@ fn bay(m: &mut Masonry, x: f64) {
     groin_vault(m.of(VAULT), foot, aisle_half(1.0), AISLE_RISE, AISLE_CELLS);
 }
 
-/// A groin vault: two barrel vaults that cross, with a rib along each diagonal. `foot` is the middle of the rectangle that
-/// it covers, and `half` is half of the rectangle's diagonal.
+/// A groin vault: two barrel vaults that cross, with a rib along each diagonal. `foot` is the middle of the rectangle
+/// that it covers, and `half` is half of the rectangle's diagonal.
 fn groin_vault(m: &mut Masonry, foot: DVec3, half: DVec3, rise: f64, cells: usize) {
     m.patch(cells, cells, |i, j| {
         let ((u, high), (v, over)) = (circle(i, 2 * cells), circle(j, 2 * cells));

@@ -1,10 +1,10 @@
 //! Reads OBJ files into meshes.
 //!
-//! The file is read statement by statement. Only what a mesh is made of is kept: positions, normals, and triangles, into
-//! which each face is divided as soon as it is read. The memory that is needed therefore depends on what the file
-//! contains: statements that are not understood need none, and the worst case is 20 bytes of memory for each byte of the
-//! file (`tests/memory.rs`), which occurs in a file of large faces with short indices. No memory is reserved because of a
-//! number that the file claims.
+//! The file is read statement by statement. Only what a mesh is made of is kept: positions, normals, and triangles,
+//! into which each face is divided as soon as it is read. The memory that is needed therefore depends on what the file
+//! contains: statements that are not understood need none, and the worst case is 20 bytes of memory for each byte of
+//! the file (`tests/memory.rs`), which occurs in a file of large faces with short indices. No memory is reserved
+//! because of a number that the file claims.
 //!
 //! This reader exists because of what tobj does; the tests compare the two on the files that both can read. tobj 4.0.5
 //! - keeps some hundred bytes for each face, whose statement may have only eight;
@@ -66,17 +66,16 @@ struct Vertices {
 }
 
 impl Mesh {
-    /// Reads an OBJ file and the MTL files that it names, which must lie in its folder or below it. The OBJ file may also
-    /// be a pipe or a device.
+    /// Reads an OBJ file and the MTL files that it names, which must lie in its folder or below it. The OBJ file may
+    /// also be a pipe or a device.
     ///
     /// Polygons are divided into triangles. This is correct for concave polygons of up to 512 corners; larger ones are
-    /// treated as convex. Points and lines are ignored. A material that no MTL file defines is white. Positions are kept
-    /// in float64.
+    /// treated as convex. Points and lines are ignored. A material that no MTL file defines is white. Positions are
+    /// kept in float64.
     ///
-    /// # Errors
-    /// [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where there is
-    /// one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements longer than
-    /// 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
+    /// # Errors [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where
+    /// there is one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements
+    /// longer than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
@@ -102,8 +101,8 @@ impl Mesh {
         })
     }
 
-    /// Reads a model from memory or from a stream, as [`Mesh::load_obj`] reads a file. Messages call it `name`. After the
-    /// whole model has been read, `open` is called with the name in each `mtllib` statement, and opens that file.
+    /// Reads a model from memory or from a stream, as [`Mesh::load_obj`] reads a file. Messages call it `name`. After
+    /// the whole model has been read, `open` is called with the name in each `mtllib` statement, and opens that file.
     ///
     /// # Errors
     /// As [`Mesh::load_obj`], and if `open` fails.
@@ -317,8 +316,8 @@ fn triple<'a>(keyword: &str, most: f64, mut words: impl Iterator<Item = &'a str>
     Ok(DVec3::new(next()?, next()?, next()?))
 }
 
-/// Parses one corner of a face into the indices of its position and its normal, counted from 0. `positions` and `normals`
-/// are how many of each the file has had so far.
+/// Parses one corner of a face into the indices of its position and its normal, counted from 0. `positions` and
+/// `normals` are how many of each the file has had so far.
 fn corner(word: &str, positions: usize, normals: usize) -> Result<[u32; 2], String> {
     let mut parts = word.split('/');
     let (position, _texture, normal) = (parts.next().unwrap_or(""), parts.next(), parts.next().unwrap_or(""));

@@ -4,10 +4,10 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
-/// The most corners of a face that is divided by ear clipping. The time that earcut takes grows with up to the cube of the
-/// number of corners if the outline crosses itself or returns to nearly the same points: it is 20 ms for 512 such corners,
-/// and minutes for 16,000. With this limit a file costs at most some 10 microseconds for each of its bytes, however many
-/// such faces it holds.
+/// The most corners of a face that is divided by ear clipping. The time that earcut takes grows with up to the cube of
+/// the number of corners if the outline crosses itself or returns to nearly the same points: it is 20 ms for 512 such
+/// corners, and minutes for 16,000. With this limit a file costs at most some 10 microseconds for each of its bytes,
+/// however many such faces it holds.
 const MOST_EARS: usize = 512;
 
 /// Divides the faces of a model into triangles. It keeps its memory from one face to the next.
@@ -35,8 +35,8 @@ impl Triangulator {
             4 => {
                 self.flatten(corners);
                 let [a, b, c, d] = [0, 1, 2, 3].map(|i| DVec2::from_array(self.flat[i]));
-                // The quadrilateral is divided along the diagonal from its first corner, unless that runs outside, which
-                // it does if the second or the fourth corner is reflex.
+                // The quadrilateral is divided along the diagonal from its first corner, unless that runs outside,
+                // which it does if the second or the fourth corner is reflex.
                 let first = (b - a).perp_dot(c - a).min((c - a).perp_dot(d - a));
                 let second = (c - b).perp_dot(d - b).min((d - b).perp_dot(a - b));
                 let split = if first >= 0.0 || first >= second { [0, 1, 2, 0, 2, 3] } else { [1, 2, 3, 1, 3, 0] };

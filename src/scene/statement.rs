@@ -26,8 +26,8 @@ impl<'a, R: BufRead> Statements<'a, R> {
     }
 
     /// Reads the next statement, or returns `None` at the end of the file. Blank lines and comment lines are skipped. A
-    /// line that ends with `\` continues on the next line. Bytes that are not UTF-8, which occur in names and comments of
-    /// old files, are replaced by U+FFFD.
+    /// line that ends with `\` continues on the next line. Bytes that are not UTF-8, which occur in names and comments
+    /// of old files, are replaced by U+FFFD.
     pub(super) fn next(&mut self) -> Result<Option<Statement<'_>>, Error> {
         self.whole.clear();
         let (mut start, mut bytes) = (0, 0);
@@ -35,8 +35,8 @@ impl<'a, R: BufRead> Statements<'a, R> {
             let text = String::from_utf8_lossy(&self.line);
             let text = text.trim();
             if start == 0 {
-                // A `\` at the end of a comment does not continue it. Otherwise a comment that ends with a Windows folder
-                // would swallow the next line.
+                // A `\` at the end of a comment does not continue it. Otherwise a comment that ends with a Windows
+                // folder would swallow the next line.
                 if text.is_empty() || text.starts_with('#') {
                     continue;
                 }

@@ -12,8 +12,8 @@ const SMALLEST: f64 = 1e-15;
 const MARGIN: f64 = 0.05;
 /// What lies further from the camera than this share of the scene's farthest depth is never clipped.
 const NEAR_OF_FAR: f64 = 1e-4;
-/// How far the planes are moved away from the nearest and the farthest vertex, relative to their depths, so that rounding
-/// does not clip either.
+/// How far the planes are moved away from the nearest and the farthest vertex, relative to their depths, so that
+/// rounding does not clip either.
 const STAND_OFF: f64 = 1e-3;
 
 /// What is known about a camera. [`View::camera`] derives from the scene what is `None`.
@@ -45,8 +45,8 @@ pub enum Lens {
 
 impl View {
     /// This view, completed from `scene`, the scene's own view. For example, if only the eye is given, it looks at the
-    /// scene's own target. `scene`'s near and far are not used if this view has an eye or a target, because they suit only
-    /// the scene's own position of the camera.
+    /// scene's own target. `scene`'s near and far are not used if this view has an eye or a target, because they suit
+    /// only the scene's own position of the camera.
     #[must_use]
     pub fn or(&self, scene: &View) -> View {
         let moved = self.eye.is_some() || self.target.is_some();
@@ -63,7 +63,8 @@ impl View {
 
     /// The camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.
     ///
-    /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up), and
+    /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up),
+    ///   and
     ///   somewhat from the right and from above. In an orthographic view the height decides how much of it is in the
     ///   picture.
     /// - Without a target, the eye looks at the centre of the bounding box.
@@ -86,7 +87,9 @@ impl View {
         let target = self.target.unwrap_or(bounds.0.midpoint(bounds.1));
         let forward = match self.eye {
             Some(eye) if eye == target => {
-                return usage("--eye is the scene's centre, which it looks at without --target; give another".into());
+                return usage(
+                    "--eye is the scene's centre, where it would look; give --target, or another --eye".into(),
+                );
             }
             Some(eye) => unit(target - eye),
             None => framing_direction(up),
@@ -109,9 +112,8 @@ impl View {
 
     /// Refuses a view that is wrong whatever the scene is.
     ///
-    /// # Errors
-    /// [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and for a near
-    /// plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
+    /// # Errors [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and
+    /// for a near plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
     pub fn check(&self) -> Result<(), Error> {
         for (flag, point) in [("--eye", self.eye), ("--target", self.target), ("--up", self.up)] {
             if let Some(p) = point
@@ -121,7 +123,7 @@ impl View {
             }
         }
         if self.eye.is_some() && self.eye == self.target {
-            return usage("--eye is the same point as --target, so there is no direction to look in; move one".into());
+            return usage("--eye is the same point as --target, so it looks nowhere; move one of them".into());
         }
         if self.up == Some(DVec3::ZERO) {
             return usage("--up 0,0,0 is not a direction; try --up 0,1,0".into());
@@ -167,8 +169,8 @@ impl View {
             }
             return Ok((near, far));
         }
-        // `check` has ruled out that both planes are given in the wrong order. So one of them follows from the scene and
-        // does not fit the other, or both do, and the scene lies beyond 1e15.
+        // `check` has ruled out that both planes are given in the wrong order. So one of them follows from the scene
+        // and does not fit the other, or both do, and the scene lies beyond 1e15.
         match self.near {
             Some(near) if near * 2.0 <= FARTHEST => {
                 notices.push(format!("--near {near:?} lies beyond the whole scene: nothing is in view"));
@@ -232,8 +234,8 @@ fn upright(forward: DVec3, up: DVec3, notices: &mut Vec<String>) -> (DVec3, DVec
     (right, right.cross(forward))
 }
 
-/// The direction of view that shows a model from its front, somewhat from the right and from above. The front faces +z if
-/// y is up, and -y if z is up, as is usual in models.
+/// The direction of view that shows a model from its front, somewhat from the right and from above. The front faces +z
+/// if y is up, and -y if z is up, as is usual in models.
 fn framing_direction(up: DVec3) -> DVec3 {
     let front = if up.z.abs() > 0.9 { DVec3::NEG_Y * up.z.signum() } else { DVec3::Z };
     let right = up.cross(front).normalize();
@@ -255,8 +257,8 @@ fn is_a_point(axes: &Camera, bounds: (DVec3, DVec3)) -> bool {
     size <= (1e-9 * axes.eye.length()).max(SMALLEST)
 }
 
-/// How far the eye must stand back from the target to have the whole bounding box in the picture. The eye of `axes` is the
-/// target. A box that is a point is looked at from some distance, too.
+/// How far the eye must stand back from the target to have the whole bounding box in the picture. The eye of `axes` is
+/// the target. A box that is a point is looked at from some distance, too.
 fn framing_distance(axes: &Camera, bounds: (DVec3, DVec3)) -> f64 {
     let corners = corners(axes, bounds);
     let size = corners.clone().map(DVec3::length).fold(0.0, f64::max);
