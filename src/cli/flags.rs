@@ -8,7 +8,7 @@ use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{exr, png};
-use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Projection, Scene, View};
+use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, Radius, Settings};
 use std::fs::File;
 use std::io::Read as _;
@@ -144,15 +144,7 @@ pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
 }
 
 fn knob_argument(knob: &'static Knob) -> Arg {
-    let takes = match knob.kind {
-        Kind::Count(min, max) => format!("{min} to {max}"),
-        Kind::OddOrZero(min, max) => format!("0, or odd from {min} to {max}"),
-        Kind::Degrees(min, max) => format!("{min} to {max} degrees"),
-        Kind::Positive | Kind::Length => "above 0".into(),
-        Kind::OneOf(values) => values.iter().map(u32::to_string).collect::<Vec<_>>().join(", "),
-        Kind::Switch => "or =true, =false".into(),
-        Kind::Word(words) => words.join(", "),
-    };
+    let takes = if knob.kind == Kind::Switch { "or =true, =false".into() } else { knob.kind.to_string() };
     let default = knob.text(&Settings::default());
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
@@ -243,13 +235,11 @@ impl Flags {
         put("eye", numbers(camera.eye));
         put("target", numbers(camera.eye + camera.far * camera.forward));
         put("up", numbers(camera.up));
-        match camera.projection {
-            Projection::Perspective { tan_half_fov_y, .. } => {
-                put("fov-y", typed((2.0 * tan_half_fov_y.atan()).to_degrees()).into());
-            }
-            Projection::Orthographic { half_height, .. } => {
-                put("ortho", (2.0 * half_height).into());
-            }
+        let [_, half_height] = camera.projection.half_extents();
+        if camera.projection.is_perspective() {
+            put("fov-y", typed((2.0 * half_height.atan()).to_degrees()).into());
+        } else {
+            put("ortho", (2.0 * half_height).into());
         }
         put("near", camera.near.into());
         put("far", camera.far.into());
@@ -268,6 +258,13 @@ impl Flags {
         let names = KNOBS.iter().map(|knob| knob.name);
         names.filter(|name| given.contains(name) || file.contains_key(*name)).collect()
     }
+}
+
+/// The settings as a settings file holds them, followed by the table `[render]`, which says what else an image was made
+/// with and which [`Settings::read_toml`] skips.
+pub(crate) fn with_origin(settings: &Settings, render: toml::Table) -> String {
+    let render = toml::Table::from_iter([("render".to_string(), toml::Value::from(render))]);
+    format!("{}\n{render}", settings.to_toml())
 }
 
 /// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.

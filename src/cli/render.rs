@@ -256,9 +256,7 @@ fn origin(
     put("renderer", renderer.into());
     put("opengl", version.into());
 
-    let mut all = settings.to_toml();
-    all.insert("render".into(), render.into());
-    all.to_string()
+    flags::with_origin(settings, render)
 }
 
 /// What `--timings` writes.

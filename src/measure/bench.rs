@@ -1,4 +1,5 @@
 //! What each part of a frame costs: the cases of the papers of 2008 and of the scaling series, measured in turns.
+#![doc = include_str!("tables_of_2008.md")]
 
 use super::published::{COLUMNS, CRYSIS_SIZE, EIGHT, TABLE_BLUR};
 use super::{median, sum};

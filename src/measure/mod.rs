@@ -1,4 +1,6 @@
 //! What ambient occlusion costs, measured. It sees a way to render and times, never a shader.
+#![doc = include_str!("claims.md")]
+#![doc = include_str!("drivers.md")]
 
 pub mod bench;
 pub mod decomposition;

@@ -3,6 +3,7 @@
 //! A pass is held to its twin twice. On the images that the GPU itself made the difference is the pass's own
 //! arithmetic; on what rays meet in float64, where nothing was rounded on the way, it is all that went wrong up to
 //! there.
+#![doc = include_str!("extremes.md")]
 
 use crate::image::Image;
 use crate::reference::{self, gbuffer::Surface};

@@ -4,6 +4,7 @@
 //! once, the least work first, since its error does not depend on time; those that can still win are timed roughly, and
 //! those near the goal are varied knob by knob. At last the contenders are timed in interleaved rounds, and the
 //! finalists of those for longer. It is no proof: settings far from all that is near the goal are not looked at.
+#![doc = include_str!("tuned.md")]
 
 pub mod choice;
 mod space;
@@ -13,7 +14,7 @@ use super::median;
 use super::trade::{GBuffers, interleaved, timed};
 use crate::image::Image;
 use crate::pipeline::check_depth_range;
-use crate::scene::{Camera, Mesh, Projection};
+use crate::scene::{Camera, Mesh};
 use crate::settings::{KNOBS, Method, Settings};
 use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
 use choice::{Goal, Measured, choose};
@@ -197,10 +198,7 @@ impl<'a> Tuner<'a> {
         let depths = depth.texels.iter().filter(|z| z.is_finite());
         let (nearest, farthest) = depths.fold((f32::INFINITY, 0.0f32), |(a, b), &z| (a.min(z), b.max(z)));
         let in_texels = |z: f32| {
-            let half_height = match camera.projection {
-                Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y * f64::from(z),
-                Projection::Orthographic { half_height, .. } => half_height,
-            };
+            let [_, half_height] = camera.projection.half_extents_at(f64::from(z));
             base.radius_units().map(|radius| radius * f64::from(size.1) / (2.0 * half_height))
         };
         let radius_px = (in_texels(farthest)?, in_texels(nearest)?);

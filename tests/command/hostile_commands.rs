@@ -49,7 +49,7 @@ fn holds(output: &Output, what: &str) -> i32 {
             " has no effect ",
             " covered pixels, ",
             "msaa: asked for",
-            "lies along the view",
+            "is parallel to the direction of view",
             "nothing is in view",
             "is clipped",
             "is used",

@@ -96,7 +96,7 @@ fn sizes_and_cameras_out_of_range() {
         (USAGE, "--eye 1,2", "--eye: '1,2' is not X,Y,Z"),
         (USAGE, "--eye 1,nan,2", "--eye 1,NaN,2 must be finite"),
         (USAGE, "--target inf,0,0", "--target inf,0,0 must be finite"),
-        (USAGE, "--up 0,0,0", "--up 0,0,0 is no direction"),
+        (USAGE, "--up 0,0,0", "--up 0,0,0 is not a direction"),
         (USAGE, "--fov-y 0", "from 1 to 175 degrees"),
         (USAGE, "--fov-y 176", "from 1 to 175 degrees"),
         (USAGE, "--fov-y nan", "from 1 to 175 degrees"),

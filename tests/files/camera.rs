@@ -110,7 +110,7 @@ fn the_target_is_in_the_middle_of_the_picture() {
 fn an_eye_without_a_target_looks_at_the_boxs_centre() {
     let camera = camera(&View { eye: Some(dvec3(30.0, 5.0, 1.0)), ..View::default() }, &room());
     assert!(camera.project(camera.to_eye(dvec3(1.0, 1.0, -2.0))).distance(DVec2::splat(0.5)) < 1e-12);
-    refused(View { eye: Some(dvec3(1.0, 1.0, -2.0)), ..View::default() }, &["looking nowhere", "centre"]);
+    refused(View { eye: Some(dvec3(1.0, 1.0, -2.0)), ..View::default() }, &["--eye is the scene's centre"]);
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn scenes_without_extent_are_framed_and_said_to_show_nothing() {
         for lens in [None, Some(Lens::FovY(175_f64.to_radians())), Some(Lens::Height(1.0))] {
             let mesh = Mesh::new(vec![at; 3], vec![[0, 1, 2]]).unwrap();
             let view = View { lens, ..View::default() };
-            let camera = camera_with(&view, &mesh, (640, 480), &["no larger than a point"]);
+            let camera = camera_with(&view, &mesh, (640, 480), &["too small to be framed"]);
             let z = camera.to_eye(at).z;
             assert!((camera.near..=camera.far).contains(&z), "{z}: {camera:?}");
         }
@@ -209,7 +209,7 @@ fn a_view_of_nothing_is_valid_and_said() {
     let huge = spanning(DVec3::splat(-1e15), DVec3::splat(1e15));
     camera_with(&View::default(), &huge, (64, 48), &["beyond 1e15 from the camera"]);
     camera_with(&looking(DVec3::ZERO, DVec3::Z), &spanning(DVec3::ZERO, DVec3::splat(1e15)), (64, 48), &[]);
-    camera_with(&looking(DVec3::ZERO, DVec3::NEG_ONE), &huge, (64, 48), &["what lies there is clipped"]);
+    camera_with(&looking(DVec3::ZERO, DVec3::NEG_ONE), &huge, (64, 48), &["the part beyond is clipped"]);
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn an_up_along_the_view_is_replaced_and_said() {
     for up in [None, Some(DVec3::Y), Some(dvec3(0.0, -1e-3, 0.0)), Some(dvec3(1e-9, 1.0, 0.0))] {
         let view = View { up, ..looking(dvec3(1.0, 30.0, 1.0), dvec3(1.0, 0.0, 1.0)) };
         // A plan from above, x to the right.
-        let camera = camera_with(&view, &room(), (64, 48), &["--up lies along the view; 0,0,-1"]);
+        let camera = camera_with(&view, &room(), (64, 48), &["--up is parallel to the direction of view; 0,0,-1"]);
         assert_eq!((camera.right, camera.up), (DVec3::X, DVec3::NEG_Z));
     }
     let view = View { up: Some(DVec3::X), ..looking(dvec3(30.0, 0.0, 0.0), DVec3::ZERO) };
@@ -233,7 +233,7 @@ fn settings_outside_their_range_are_refused() {
         refused(View { up: some(bad), ..View::default() }, &["--up", "finite"]);
     }
     refused(View { up: Some(DVec3::ZERO), ..View::default() }, &["--up 0,0,0"]);
-    refused(looking(DVec3::ONE, DVec3::ONE), &["looking nowhere"]);
+    refused(looking(DVec3::ONE, DVec3::ONE), &["--eye is the same point as --target"]);
     for degrees in [0.999, 175.001, 0.0, -45.0, f64::NAN, f64::INFINITY] {
         refused(View { lens: Some(Lens::FovY(degrees.to_radians())), ..View::default() }, &["--fov-y", "1 to 175"]);
     }

@@ -309,7 +309,7 @@ fn transform_feedback_under_way_is_refused_and_goes_on() {
         for error in
             [ao.render(&textures.inputs).unwrap_err(), made(AmbientOcclusion::new(gl.clone(), (8, 8), &settings()))]
         {
-            assert!(error.to_string().contains("transform feedback is under way"), "{error}");
+            assert!(error.to_string().contains("transform feedback is active"), "{error}");
         }
         assert_same(&before, &reporter.state(), "refused");
         // SAFETY: as above.

@@ -53,7 +53,7 @@ fn picture(
     };
     let (pipeline, _) = lab.render(subject, size, settings, request)?;
     let file = format!("{file}.png");
-    let text = settings.to_toml().to_string();
+    let text = settings.to_toml();
     let show_name = Show::NAMES.iter().find(|&&(_, named)| named == show).map_or("", |&(name, _)| name);
     Ok(Picture {
         caption: caption.into(),
