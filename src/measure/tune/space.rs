@@ -1,6 +1,6 @@
 //! Which settings a search goes through, and what is known of them before they are rendered.
 
-use super::super::trade;
+use crate::measure::trade;
 use crate::settings::{
     AoFormat, DepthFormat, Edges, Jitter, KNOBS, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
 };
@@ -186,11 +186,6 @@ pub(super) fn work(settings: &Settings) -> f64 {
         _ => s.directions * s.steps,
     };
     f64::from(samples) / f64::from(s.ao_scale().pow(2)) + f64::from(s.blur)
-}
-
-/// Whether the method leaves out pixels whose step is below a texel.
-pub(super) fn exits_early(method: Method) -> bool {
-    matches!(method, Method::Hbao | Method::HbaoTalk | Method::Microsphere | Method::Crease)
 }
 
 #[cfg(test)]

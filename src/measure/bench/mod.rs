@@ -1,0 +1,12 @@
+//! What each part of a frame costs: the cases of the papers of 2008 and of the scaling series, and how they are measured
+//! in interleaved rounds.
+
+mod cases;
+mod measurement;
+mod power_law;
+mod rounds;
+
+pub use cases::{Case, FIXED, crysis, figure1, scaling, table};
+pub use measurement::Measurement;
+pub use power_law::exponent;
+pub use rounds::measure;
