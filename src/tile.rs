@@ -3,7 +3,7 @@
 //! rotated kernel): random unit vectors by which the offsets are turned.
 
 use crate::image::Image;
-use crate::settings::{Jitter, Method, Settings};
+use crate::settings::{Jitter, Settings, TileKind};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ const SEED: u128 = 0x6862_616f_2008_0602;
 ///
 /// The pixel at window position (x, y), y up, uses texel (x mod 4, y mod 4). The same on every platform.
 pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
-    let vectors = settings.method == Method::Ssao;
+    let vectors = settings.method.facts().tile == TileKind::Vectors;
     if settings.jitter == Jitter::None {
         return Image::filled(4, 4, if vectors { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] });
     }
@@ -46,8 +46,7 @@ pub(crate) fn directions(count: u32) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::ssao::turned;
-    use crate::settings::SsaoRotation;
+    use crate::settings::Method;
     use glam::DVec3;
 
     fn vectors(jitter: Jitter) -> Vec<DVec3> {
@@ -69,26 +68,6 @@ mod tests {
         assert_eq!(vectors(Jitter::None), [DVec3::Z; 16]);
         let texel = tile[0].as_vec3().to_array();
         assert_eq!(texel.map(f32::to_bits), [3_178_113_546, 3_198_166_795, 1_064_481_443], "{texel:?}");
-    }
-
-    #[test]
-    fn turned_offsets_keep_their_lengths_and_the_matrix_carries_z_to_the_tiles_vector() {
-        // The horizon and the zenith too, which the tile need not hold.
-        for v in vectors(Jitter::Tile).into_iter().chain([DVec3::X, DVec3::NEG_Y, DVec3::Z]) {
-            assert!(turned(SsaoRotation::Matrix, v, DVec3::Z).distance(v) < 1e-7);
-            assert!(turned(SsaoRotation::Mirror, v, v).distance(-v) < 1e-6);
-            for rotation in [SsaoRotation::Matrix, SsaoRotation::Mirror] {
-                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turned(rotation, v, axis));
-                let handed = if rotation == SsaoRotation::Matrix { 1.0 } else { -1.0 };
-                assert!((axes[0].cross(axes[1]).dot(axes[2]) - handed).abs() < 1e-6, "{rotation:?} {v}");
-                for corner in 0..8 {
-                    let side = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-                    let offset = DVec3::new(side(2), side(1), side(0)) / 3f64.sqrt();
-                    let length = turned(rotation, v, offset).length();
-                    assert!((length - 1.0).abs() < 1e-6, "{rotation:?} {v} {offset}: {length}");
-                }
-            }
-        }
     }
 
     #[test]

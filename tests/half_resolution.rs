@@ -21,9 +21,10 @@ const KERNELS: [BlurKernel; 2] = [BlurKernel::Separable, BlurKernel::Full];
 fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) -> ByHand {
     let depth = Image::from_fn(size.0 as usize, size.1 as usize, |x, y| {
         let [u, v] = slope(projection, size, x, y);
-        let z = match projection {
-            Projection::Perspective { .. } => -distance / n.dot(DVec3::new(u, v, 1.0)),
-            Projection::Orthographic { .. } => (-distance - n.x * u - n.y * v) / n.z,
+        let z = if projection.is_perspective() {
+            -distance / n.dot(DVec3::new(u, v, 1.0))
+        } else {
+            (-distance - n.x * u - n.y * v) / n.z
         };
         z as f32
     });

@@ -90,9 +90,10 @@ fn with_normals_a_tilted_wall_is_nearly_open() {
         for projection in [perspective(30.0, SIZE), orthographic(0.05, SIZE)] {
             let mut wall = heights(projection, SIZE, |x, y| {
                 let [sx, sy] = slope(projection, SIZE, x, y);
-                match projection {
-                    Projection::Perspective { .. } => -7.3 * cos / n.dot(DVec3::new(sx, sy, 1.0)),
-                    Projection::Orthographic { .. } => 7.3 + (n.x * sx + n.y * sy) / cos,
+                if projection.is_perspective() {
+                    -7.3 * cos / n.dot(DVec3::new(sx, sy, 1.0))
+                } else {
+                    7.3 + (n.x * sx + n.y * sy) / cos
                 }
             });
             wall.normals = wall.depth.map(|_| n.as_vec3().to_array());
@@ -163,7 +164,7 @@ impl Wedge {
             let offset = corner.normalize() * 0.01 * 1.15f64.powi(i as i32 + 1);
             let offset = match rotation {
                 SsaoRotation::Matrix => DQuat::from_rotation_arc(DVec3::Z, v.normalize()) * offset,
-                SsaoRotation::Mirror => offset.reflect(v.normalize()),
+                _ => offset.reflect(v.normalize()),
             };
             let t = if self.level { offset.y } else { offset.x } * f64::from(Wedge::ACROSS);
             let shares = [t - 0.5, t - 1e-9, t + 0.5].map(|t| {

@@ -1,9 +1,9 @@
-//! Which surfaces and blur passes the settings ask for.
+//! Which targets and blur passes the settings ask for.
 
 use crate::pass::blur::Kernel;
-use crate::settings::{BlurKernel, Edges, Method, Settings};
+use crate::settings::{BlurKernel, Edges, MethodBlur, Settings};
 
-/// One pass of the blur: its name, and the surfaces that it goes from and to.
+/// One pass of the blur: its name, and the targets that it goes from and to.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
     pub(super) name: &'static str,
@@ -13,7 +13,7 @@ pub(super) struct Step {
 }
 
 fn blurs(settings: &Settings) -> bool {
-    settings.blur > 0 && settings.method != Method::None
+    settings.blur > 0 && settings.method.facts().blur != MethodBlur::None
 }
 
 /// Whether the blur goes around every depth sample of an edge pixel, where it has several.
@@ -21,9 +21,9 @@ pub(super) fn supersamples(settings: &Settings) -> bool {
     blurs(settings) && settings.edges == Edges::Supersample
 }
 
-/// How ambient occlusion gets from the first surface, where the method draws it, to the last.
+/// How ambient occlusion gets from the first target, where the method draws it, to the last.
 pub(super) struct Plan {
-    /// How many pixels a texel of each surface stands for.
+    /// How many pixels a texel of each target stands for.
     pub(super) scales: Vec<[u32; 2]>,
     /// The blur everywhere.
     pub(super) steps: Vec<Step>,
@@ -44,8 +44,8 @@ impl Plan {
         }
         let supersample = multisample && supersamples(settings);
         let width = settings.blur;
-        let (whole, separable) = match (settings.method, settings.blur_kernel) {
-            (Method::Ssao, _) => (Kernel::Crysis, false),
+        let (whole, separable) = match (settings.method.facts().blur, settings.blur_kernel) {
+            (MethodBlur::Crysis, _) => (Kernel::Crysis, false),
             (_, BlurKernel::Full) => (Kernel::Full(width), false),
             (_, BlurKernel::Separable) => (Kernel::Full(width), true),
         };
@@ -68,12 +68,12 @@ impl Plan {
         plan
     }
 
-    /// The first surface of full size: its stencil holds the edges.
+    /// The first target of full size: its stencil holds the edges.
     pub(super) fn full(&self) -> Option<usize> {
         self.scales.iter().position(|&scale| scale == [1, 1])
     }
 
-    /// The surface that holds the result.
+    /// The target that holds the result.
     pub(super) fn last(&self) -> usize {
         self.steps.last().map_or(0, |step| step.to)
     }

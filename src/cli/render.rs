@@ -121,20 +121,8 @@ impl Wanted {
         if self.request().edges && decides_edges(flag, settings) {
             return None;
         }
-        if !settings.method.reads(flag) {
-            return Some(format!("with --method {}", settings.method.name()));
-        }
-        if settings.blur == 0 && matches!(flag, "blur-kernel" | "blur-depth-sigma" | "edges") {
-            return Some("with --blur 0".into());
-        }
-        if settings.method == Method::Ssao && flag == "blur" && settings.blur > 0 {
-            return Some("with --method ssao, whose own blur is 4x4 (0 turns it off)".into());
-        }
-        if settings.half_res && flag == "ssao-depth" {
-            return Some("with --half-res, whose texels are those of the half-size depth".into());
-        }
-        if settings.msaa == 1 && flag == "edges" {
-            return Some("with --msaa 1".into());
+        if let Some(idle) = settings.idle(flag) {
+            return Some(idle.to_string());
         }
         if self.whole() {
             return None;
@@ -249,9 +237,7 @@ fn origin(
     put("renderer", context.renderer().into());
     put("opengl", context.version().into());
 
-    let mut all = settings.to_toml();
-    all.insert("render".into(), render.into());
-    all.to_string()
+    flags::with_origin(settings, render)
 }
 
 /// What `--timings` writes.

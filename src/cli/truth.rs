@@ -48,9 +48,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut render = flags.seen(&camera);
     render.insert("truth-rays".into(), i64::from(rays).into());
     render.insert("noise_rmse".into(), traced.noise_rmse.into());
-    let mut all = settings.to_toml();
-    all.insert("render".into(), render.into());
-    let origin = all.to_string();
+    let origin = flags::with_origin(&settings, render);
     let truth = TruthImage::new(&traced, flags.size);
     let mut outputs = Outputs::new();
     outputs.stage(output, &visibility(&truth.visibility, format, &metadata(&origin))?)?;

@@ -136,8 +136,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     put("samples", i64::from(requirements.samples).into());
     put("renderer", context.renderer().into());
     put("opengl", context.version().into());
-    let mut all = best.settings.to_toml();
-    all.insert("render".into(), render.into());
+    let all = flags::with_origin(&best.settings, render);
     let header = "# Written by hbao tune, for hbao render --settings and Settings::read_toml. [render] tells what for.";
     let mut outputs = Outputs::new();
     outputs.stage(output, format!("{header}\n{all}").as_bytes())?;

@@ -11,7 +11,8 @@ use ::exr::prelude::{
     LineOrder, ReadChannels, ReadLayers, Text, WritableImage,
 };
 
-use super::{Image, MOST_TEXT, Texel, check_claim, open};
+use super::Image;
+use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
 /// The bytes of an EXR file that holds `image`, its top row first, and the pairs (keyword, text) of `text` as string

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader};
 
-use super::{Image, MOST_TEXT, Texel, check_claim, open};
+use super::Image;
+use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
 /// The bytes of a PNG file that holds `image`, its top row first, and the pairs (keyword, text) of `text`.

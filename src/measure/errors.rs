@@ -97,7 +97,7 @@ fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), Error> {
 }
 
 /// FLIP at each pixel.
-#[cfg(feature = "cli")]
+#[cfg(feature = "flip")]
 fn flip(got: &Image<f32>, truth: &Image<f32>) -> Option<Vec<f32>> {
     let grey = |image: &Image<f32>| {
         let bytes: Vec<u8> = image.texels.iter().flat_map(|a| [(a.clamp(0.0, 1.0) * 255.0).round() as u8; 3]).collect();
@@ -106,7 +106,7 @@ fn flip(got: &Image<f32>, truth: &Image<f32>) -> Option<Vec<f32>> {
     Some(nv_flip::flip(grey(truth), grey(got), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec())
 }
 
-#[cfg(not(feature = "cli"))]
+#[cfg(not(feature = "flip"))]
 fn flip(_: &Image<f32>, _: &Image<f32>) -> Option<Vec<f32>> {
     None
 }

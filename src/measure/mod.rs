@@ -1,7 +1,10 @@
 //! What ambient occlusion costs and how accurate it is, measured. This module sees images, numbers and a way to render,
 //! never a shader.
+#![doc = include_str!("claims.md")]
+#![doc = include_str!("drivers.md")]
 
 pub mod bench;
+mod counts;
 pub mod decomposition;
 pub mod errors;
 mod gbuffers;
@@ -16,6 +19,7 @@ pub mod trade;
 mod truth_image;
 pub mod tune;
 
+pub use counts::{blur_width, directions_rays_steps};
 pub use shot::Shot;
 pub use times::median;
 pub use truth_image::TruthImage;

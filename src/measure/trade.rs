@@ -1,4 +1,5 @@
 //! Error against time over a sweep of settings: what accuracy costs, and which settings nobody should use.
+#![doc = include_str!("accuracy.md")]
 
 use super::errors::{Comparison, Errors};
 use super::gbuffers::GBuffers;

@@ -26,7 +26,7 @@ pub(crate) enum Kernel {
 
 /// What a pass is compiled for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Variant {
+pub(crate) struct BlurVariant {
     pub(crate) kernel: Kernel,
     pub(crate) depth: TextureTarget,
     /// How many pixels a texel of what is blurred stands for in x and y.
@@ -44,7 +44,7 @@ pub(crate) struct Blur {
 }
 
 impl Blur {
-    pub(crate) fn new(gl: &Arc<glow::Context>, variant: Variant) -> Result<Blur, Error> {
+    pub(crate) fn new(gl: &Arc<glow::Context>, variant: BlurVariant) -> Result<Blur, Error> {
         let mut defines = depth_defines(variant.depth, variant.to).value("FROM", pixels(variant.from));
         if variant.from != [1, 1] {
             defines = defines.value("UPSAMPLES", 1);

@@ -3,7 +3,7 @@
 use super::{Grid, RAY};
 use crate::Error;
 use crate::gl::{Defines, Program, check, not_made, source};
-use crate::scene::{Camera, Mesh, Projection};
+use crate::scene::{Camera, Mesh};
 use crate::settings::Normals;
 use glam::DVec3;
 use glow::HasContext;
@@ -20,7 +20,7 @@ const TRIANGLES: &str = "gbuffer: triangles";
 
 /// What the shader is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Variant {
+pub(crate) struct GBufferVariant {
     pub(crate) normals: Normals,
     pub(crate) orthographic: bool,
     /// Normals are stored as n/2 + 1/2.
@@ -31,7 +31,7 @@ pub(crate) struct Variant {
 pub(crate) struct GBuffer {
     gl: Arc<glow::Context>,
     program: Program,
-    pub(crate) variant: Variant,
+    pub(crate) variant: GBufferVariant,
 }
 
 /// A mesh's triangles in a camera's eye space, uploaded.
@@ -44,7 +44,7 @@ pub(crate) struct Triangles {
 }
 
 impl GBuffer {
-    pub(crate) fn new(gl: &Arc<glow::Context>, variant: Variant) -> Result<GBuffer, Error> {
+    pub(crate) fn new(gl: &Arc<glow::Context>, variant: GBufferVariant) -> Result<GBuffer, Error> {
         let mut defines = Defines::default().word("NORMALS", variant.normals.name());
         for (name, on) in [("ORTHOGRAPHIC", variant.orthographic), ("NORMALS_BIASED", variant.biased)] {
             if on {
@@ -189,21 +189,17 @@ fn matrix(camera: &Camera, near: f64, far: f64) -> [f32; 16] {
     // A hair apart from the planes, on which float32 might clip what lies in them; the shader clamps z to the view's.
     let (near, far) = (near * (1.0 - 1e-6), far * (1.0 + 1e-6));
     let mut m = [0.0; 16];
-    match camera.projection {
-        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
-            m[0] = 1.0 / tan_half_fov_x;
-            m[5] = 1.0 / tan_half_fov_y;
-            m[10] = (far + near) / (far - near);
-            m[11] = 1.0;
-            m[14] = -2.0 * far * near / (far - near);
-        }
-        Projection::Orthographic { half_width, half_height } => {
-            m[0] = 1.0 / half_width;
-            m[5] = 1.0 / half_height;
-            m[10] = 2.0 / (far - near);
-            m[14] = -(far + near) / (far - near);
-            m[15] = 1.0;
-        }
+    let [half_x, half_y] = camera.projection.half_extents();
+    m[0] = 1.0 / half_x;
+    m[5] = 1.0 / half_y;
+    if camera.projection.is_perspective() {
+        m[10] = (far + near) / (far - near);
+        m[11] = 1.0;
+        m[14] = -2.0 * far * near / (far - near);
+    } else {
+        m[10] = 2.0 / (far - near);
+        m[14] = -(far + near) / (far - near);
+        m[15] = 1.0;
     }
     let start = origin(camera).z;
     m[14] += m[10] * start;

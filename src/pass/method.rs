@@ -1,17 +1,34 @@
 //! An ambient occlusion method as a pass. The methods read the same images and the same rotation tile, and differ in
-//! their shaders: a file of its own each, here and in `glsl/`.
+//! their shaders, which are put together from the files that the method's row of facts names.
 
 use super::{
-    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, half_depth, hbao,
-    hbao_talk, microsphere, ray_march, ssao,
+    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, half_depth,
 };
 use crate::Error;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
-use crate::scene::Projection;
-use crate::settings::{Jitter, Method, Settings};
+use crate::projection::Projection;
+use crate::settings::method::methods;
+use crate::settings::{Jitter, Method, Settings, SsaoDepth, Toggle};
 use crate::tile::{self, rotation_tile};
 use std::fmt::Write;
 use std::sync::Arc;
+
+macro_rules! shaders {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal {
+        twin: [$($twin:ident)?],
+        shader: [$($file:literal),*],
+        define: [$($define:literal)?],
+        facts: { $($fact:tt)* }
+    })+) => {
+        /// The files of a method's fragment shader, and the words that it is compiled with because it is this method's.
+        fn shader(method: Method) -> (&'static [Source], &'static [&'static str]) {
+            match method {
+                $(Method::$variant => (&[$(source!($file)),*], &[$($define)?])),+
+            }
+        }
+    };
+}
+methods!(shaders);
 
 /// How the stored normals encode a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,28 +39,21 @@ pub enum NormalEncoding {
     Biased,
 }
 
-/// What the shader is compiled for, beside the settings.
+/// What the inputs are, which the shader is compiled for beside the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Variant {
+pub(crate) struct MethodVariant {
     pub(crate) orthographic: bool,
     pub(crate) depth: TextureTarget,
     pub(crate) normals: TextureTarget,
     pub(crate) encoding: NormalEncoding,
-    /// The fetch floor: every fetch, and a sum in place of what is computed from it.
+    /// Whether the shader is the fetch floor: it makes every fetch, and adds up what it fetched in place of computing
+    /// anything from it.
     pub(crate) floor: bool,
 }
 
-/// A larger R is taken for this one: it is past every scene (positions end at 1e15), and float32 holds its square.
+/// The largest R that is handed to a shader; a larger one is replaced by it. It reaches past every scene, since positions
+/// end at 1e15, and float32 can hold its square.
 const FARTHEST_RADIUS: f64 = 1e16;
-
-/// What a method's shader is made of, beside what all have.
-pub(super) struct Shader {
-    pub(super) pieces: Vec<Source>,
-    pub(super) defines: Defines,
-}
-
-pub(super) const SAMPLING: Source = source!("shared/sampling.glsl");
-pub(super) const TANGENT: Source = source!("shared/tangent.glsl");
 
 /// The pass.
 pub(crate) struct MethodPass {
@@ -52,24 +62,20 @@ pub(crate) struct MethodPass {
 }
 
 impl MethodPass {
-    /// None for the method that has no pass, A = 1. Changes the rectangle texture binding of the active unit.
+    /// Compiles the method's shader; `None` for a method without one, where A = 1. Changes the rectangle texture binding
+    /// of the active unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         settings: &Settings,
-        variant: Variant,
+        variant: MethodVariant,
     ) -> Result<Option<MethodPass>, Error> {
-        let defines = defines(settings, variant);
-        let shader = match settings.method {
-            Method::Hbao => hbao::shader(settings, defines),
-            Method::HbaoTalk => hbao_talk::shader(settings, defines),
-            Method::RayMarch => ray_march::shader(settings, defines),
-            Method::Microsphere | Method::Crease => microsphere::shader(settings, defines),
-            Method::Ssao => ssao::shader(settings, defines),
-            Method::None => return Ok(None),
-        };
-        let mut pieces = vec![FETCH, RAY, source!("shared/surface.glsl"), source!("shared/attenuation.glsl")];
-        pieces.extend(shader.pieces);
-        let program = Program::new(gl, &shader.defines, FULLSCREEN, &pieces)?;
+        let (files, words) = shader(settings.method);
+        if files.is_empty() {
+            return Ok(None);
+        }
+        let defines = words.iter().fold(defines(settings, variant), |defines, word| defines.value(word, 1));
+        let pieces = [&[FETCH, RAY, source!("shared/surface.glsl")], files].concat();
+        let program = Program::new(gl, &defines, FULLSCREEN, &pieces)?;
         let tile = match settings.jitter {
             Jitter::None => None,
             Jitter::Tile => {
@@ -81,8 +87,8 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target, whose texels `grid` is. `near` is where rays are clipped and `radius` is R, both
-    /// in scene units.
+    /// Draws A into the bound target, whose texels are those of `grid`. Rays are clipped at `near`, and `radius` is R,
+    /// both in scene units.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
@@ -110,21 +116,50 @@ impl MethodPass {
     }
 }
 
-/// What every method is compiled for.
-fn defines(settings: &Settings, variant: Variant) -> Defines {
-    let mut directions = String::new();
-    for [x, y] in tile::directions(settings.directions) {
-        let separator = if directions.is_empty() { "" } else { ", " };
-        let _ = write!(directions, "{separator}vec2({:?}, {:?})", x as f32, y as f32);
+/// What a method is compiled for: what the inputs are, and the settings that it reads.
+fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
+    let reads = |knob: &str| settings.method.reads(knob);
+    let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2]);
+    if reads("directions") {
+        let mut directions = String::new();
+        for [x, y] in tile::directions(settings.directions) {
+            let separator = if directions.is_empty() { "" } else { ", " };
+            let _ = write!(directions, "{separator}vec2({:?}, {:?})", x as f32, y as f32);
+        }
+        defines = defines.value("N_D", settings.directions).value("DIRECTIONS", directions);
     }
-    let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2])
-        .value("N_D", settings.directions)
-        .value("N_S", settings.steps)
-        .value("EACH_STEP(step)", each_step(settings.directions, settings.steps))
-        .value("DIRECTIONS", directions)
-        .word("ATTENUATION", settings.attenuation.name())
-        .word("JITTER", settings.jitter.name());
+    if reads("steps") {
+        let each_step = each_step(settings.directions, settings.steps);
+        defines = defines.value("N_S", settings.steps).value("EACH_STEP(step)", each_step);
+    }
+    if reads("rays") {
+        defines = defines.value("N_R", settings.rays);
+    }
+    if reads("ssao-samples") {
+        let n = settings.ssao_samples;
+        // The lengths l_i grow on across the octets. They are compiled in as numbers: a power for each sample would
+        // take time.
+        let length = |i: i32| format!("{:?}", (0.01 * (1.0 + 2.4 / f64::from(n)).powi(i)) as f32);
+        let lengths: Vec<String> = (1..=n as i32).map(length).collect();
+        defines = defines.value("N_SAMPLES", n).value("LENGTHS", lengths.join(", "));
+    }
+    for (knob, prefix, word) in [
+        ("attenuation", "ATTENUATION", settings.attenuation.name()),
+        ("snap", "SNAP", settings.snap.name()),
+        ("clamp", "CLAMP", settings.clamp.name()),
+        ("grounding", "GROUNDING", settings.grounding.name()),
+        ("jitter", "JITTER", settings.jitter.name()),
+        ("ssao-rotation", "ROTATION", settings.ssao_rotation.name()),
+    ] {
+        if reads(knob) {
+            defines = defines.word(prefix, word);
+        }
+    }
     for (name, on) in [
+        ("BIAS", reads("bias") && settings.bias > 0.0),
+        ("HALF_DEPTH", reads_half_depth(settings)),
+        ("NORMALS", reads("ssao-normals") && settings.ssao_normals == Toggle::On),
+        ("CURVE", reads("ssao-curve") && settings.ssao_curve == Toggle::On),
         ("NORMALS_RECTANGLE", variant.normals == TextureTarget::Rectangle),
         ("NORMALS_BIASED", variant.encoding == NormalEncoding::Biased),
         ("ORTHOGRAPHIC", variant.orthographic),
@@ -137,11 +172,16 @@ fn defines(settings: &Settings, variant: Variant) -> Defines {
     defines
 }
 
-/// `step(1) step(2)` and so on, as a macro's body. Mesa unrolls a loop over 8 steps of ours and leaves one over 12 as
-/// it is, which takes llvmpipe 1.6 times as long a step; what is written out needs no unrolling.
+/// Whether the method's samples read depth at half size in place of the depth image itself.
+pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
+    settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half
+}
+
+/// The body of a macro that calls `step(1) step(2)` and so on. Mesa unrolls a loop over 8 of our steps, but not one over
+/// 12, and then llvmpipe takes 1.6 times as long for each step. Calls that are written out need no unrolling.
 fn each_step(directions: u32, steps: u32) -> String {
-    // More are a loop over so many or fewer, lest shaders grow without end. Mesa's softpipe unrolls up to 32 directions
-    // too, and overflows its stack at 31 of 32 steps.
+    // Past this number the calls are put into a loop, so that shaders do not grow without end. Mesa's softpipe unrolls
+    // up to 32 directions as well, and overflows its stack at 31 directions of 32 steps.
     let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
     let call = |i: &str| format!("step({i}) ");
     let loops = steps.div_ceil(most);
@@ -150,19 +190,9 @@ fn each_step(directions: u32, steps: u32) -> String {
     }
     let count = steps.div_ceil(loops);
     let calls = (1..=count).map(|i| {
-        // The last time round some may be past the end.
+        // The last iteration may go past the end.
         let guard = if (loops - 1) * count + i > steps { format!("if (i_0 + {i} <= {steps}) ") } else { String::new() };
         guard + &call(&format!("i_0 + {i}"))
     });
     format!("for (int i_0 = 0; i_0 < {steps}; i_0 += {count}) {{ {}}}", calls.collect::<String>())
-}
-
-/// How samples are brought to texel centres and to the image, for the methods that share HBAO's.
-pub(super) fn sampling(settings: &Settings, defines: Defines) -> Defines {
-    defines.word("SNAP", settings.snap.name()).word("CLAMP", settings.clamp.name())
-}
-
-/// Whether the tangent is raised.
-pub(super) fn bias(settings: &Settings, defines: Defines) -> Defines {
-    if settings.bias > 0.0 { defines.value("BIAS", 1) } else { defines }
 }

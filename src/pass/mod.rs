@@ -3,22 +3,21 @@
 
 pub(crate) mod background;
 pub(crate) mod blur;
+#[cfg(feature = "render")]
 pub(crate) mod composite;
 pub(crate) mod edges;
+#[cfg(feature = "render")]
 pub(crate) mod gbuffer;
 pub(crate) mod half_depth;
-mod hbao;
-mod hbao_talk;
 pub(crate) mod method;
-mod microsphere;
+#[cfg(feature = "render")]
 pub(crate) mod probe;
-mod ray_march;
+#[cfg(feature = "render")]
 pub(crate) mod resolve;
-mod ssao;
 
 use crate::Error;
 use crate::gl::{Defines, Program, Source, Texture, check, not_made, source};
-use crate::scene::Projection;
+use crate::projection::Projection;
 use crate::settings::DepthSigma;
 use glow::HasContext;
 use std::sync::Arc;
@@ -104,10 +103,7 @@ impl Grid {
 
     /// What a texel adds to x' and y' (`pixel` of `glsl/shared/ray.glsl`).
     fn texel_extent(self, projection: Projection) -> [f64; 2] {
-        let (half_x, half_y) = match projection {
-            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => (tan_half_fov_x, tan_half_fov_y),
-            Projection::Orthographic { half_width, half_height } => (half_width, half_height),
-        };
+        let [half_x, half_y] = projection.half_extents();
         let [x, y] = self.scale.map(f64::from);
         [x * 2.0 * half_x / f64::from(self.full.0), y * 2.0 * half_y / f64::from(self.full.1)]
     }

@@ -1,9 +1,11 @@
 //! What the twins do at a single pixel, laid open: for the figures that draw it, and the claims that are about it.
 
+use super::inputs::Inputs;
 use super::sampling::{EXACT, Pixel, Scene};
-use super::{Inputs, Terms, ssao};
+use super::ssao;
+use super::terms::Terms;
 use crate::Error;
-use crate::scene::Projection;
+use crate::projection::Projection;
 use crate::settings::Settings;
 use glam::{DVec2, DVec3};
 

@@ -6,7 +6,7 @@ use super::edges;
 use super::sampling::{EXACT, Shift};
 use crate::Error;
 use crate::image::Image;
-use crate::settings::{BlurKernel, DepthSigma, Edges, Method, Settings};
+use crate::settings::{BlurKernel, DepthSigma, Edges, MethodBlur, Settings};
 use rayon::prelude::*;
 
 /// Blurs `ao` as the settings say, with the weights of `depth` (linear, infinite on background), and brings it to its
@@ -55,14 +55,15 @@ fn shifted(
     let sigma = settings.depth_sigma()?;
     let radius = i64::from(settings.blur / 2);
     let scale = i64::from(settings.ao_scale());
-    if settings.blur == 0 || settings.method == Method::None {
+    let own = settings.method.facts().blur;
+    if settings.blur == 0 || own == MethodBlur::None {
         return Ok(ao.clone());
     }
     let square =
-        if settings.method == Method::Ssao { Taps::Crysis } else { Taps::Gaussian { radius, reach: [radius, radius] } };
+        if own == MethodBlur::Crysis { Taps::Crysis } else { Taps::Gaussian { radius, reach: [radius, radius] } };
     let (half, full) = ([scale; 2], [1; 2]);
-    let mut blurred = match (settings.method, settings.blur_kernel) {
-        (Method::Ssao, _) | (_, BlurKernel::Full) => {
+    let mut blurred = match (own, settings.blur_kernel) {
+        (MethodBlur::Crysis, _) | (_, BlurKernel::Full) => {
             Pass { ao, depth, sigma, shift, taps: square, from: half, to: full }.everywhere()
         }
         (_, BlurKernel::Separable) => {

@@ -9,8 +9,10 @@
 //! raise the horizon, and hide what is low and near, however fine the image: in a valley of 90 degrees A is too open by
 //! 0.013 so. Eq. 6.2.8 and 6.2.9 (`grounding`) are one in this limit, and a plane is open in the talk's method too.
 
-use super::sampling::{EXACT, Pixel, Scene, Shift};
-use super::{Inputs, Occlusion, Terms};
+use super::inputs::Inputs;
+use super::sampling::{EXACT, Pixel, Scene};
+use super::terms::Terms;
+use super::twin::Converged;
 use crate::Error;
 use crate::settings::{Clamp, Method, Settings, Snap};
 use rayon::prelude::*;
@@ -40,70 +42,42 @@ pub fn converged(inputs: &Inputs, settings: &Settings, pixels: &[usize]) -> Resu
         return Err(Error::Usage(format!("pixel {outside} lies outside the image of {width}x{height}")));
     }
     let Some(method) = Terms::of(&settings) else { return Ok(vec![1.0; pixels.len()]) };
-    let wanted = |&i: &usize| scene.pixel(i % width, i / width).map_or(0, |pixel| at_every_texel(&scene, pixel).steps);
+    let Some(Converged { occlusion, ignores_repeats }) = method.converged else {
+        let having: Vec<_> = Method::ALL.iter().filter(|&&method| converges(method)).map(|m| m.name()).collect();
+        return Err(Error::Usage(format!(
+            "{} has no converged form: these methods have one: {}",
+            settings.method.name(),
+            having.join(", ")
+        )));
+    };
+    let refined = |&i: &usize| Some(at_every_texel(&scene, scene.pixel(i % width, i / width)?, ignores_repeats));
+    let wanted = |i: &usize| refined(i).map_or(0, |pixel| pixel.steps);
     if pixels.iter().map(wanted).max() > Some(MOST_STEPS) {
         return Err(Error::Usage(format!("R covers more than {MOST_STEPS} texels: too many to take a sample at each")));
     }
-    let occlusion: Occlusion = match settings.method {
-        Method::Hbao => hbao,
-        Method::HbaoTalk => hbao_talk,
-        Method::Microsphere | Method::Crease => method.occlusion,
-        Method::RayMarch | Method::Ssao | Method::None => {
-            return Err(Error::Usage(format!(
-                "{} has no converged form: hbao, hbao-talk, microsphere, crease and none have one",
-                settings.method.name()
-            )));
-        }
-    };
-    let visibility = |&i: &usize| {
-        let Some(pixel) = scene.pixel(i % width, i / width) else { return 1.0 };
-        let pixel = at_every_texel(&scene, pixel);
+    let visibility = |i: &usize| {
+        let Some(pixel) = refined(i) else { return 1.0 };
         method.visibility((0..method.count).map(|k| occlusion(&scene, &pixel, k, EXACT)).sum())
     };
     Ok(pixels.par_iter().map(visibility).collect())
 }
 
+/// Whether a method has a converged form, as [`converged`] computes it.
+#[must_use]
+pub fn converges(method: Method) -> bool {
+    Terms::of(&Settings { method, ..Settings::default() }).is_none_or(|terms| terms.converged.is_some())
+}
+
 /// The pixel with a step of one texel and as many of them as R has, unjittered.
-fn at_every_texel(scene: &Scene, pixel: Pixel) -> Pixel {
+fn at_every_texel(scene: &Scene, pixel: Pixel, ignores_repeats: bool) -> Pixel {
     let radius = scene.radius_in_texels(pixel.P.z);
     let texels = radius.max_element();
     let step_px = radius / texels;
-    let horizon = matches!(scene.settings.method, Method::Hbao | Method::HbaoTalk);
     // Beyond the border a clamped sample slides along it to a corner, at the latest after the image's side over the
     // least slope of a direction; then it is the same for ever, and no horizon rises. R may be far longer than that.
     let (width, height) = scene.size();
     let slope = (TAU / f64::from(DIRECTIONS)).sin() * step_px.min_element();
     let corner = width.max(height) as f64 / slope + 1.0;
-    let last = if horizon && scene.settings.clamp == Clamp::Position { texels.min(corner) } else { texels };
+    let last = if ignores_repeats && scene.settings.clamp == Clamp::Position { texels.min(corner) } else { texels };
     Pixel { steps: last as u32, step_px, jitter: [1.0, 0.0, 0.0], ..pixel }
-}
-
-/// Eq. 6.2.9 in direction k.
-fn hbao(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
-    let mut previous = 0.0;
-    let increments = horizons(scene, pixel, k, shift).map(|(rise, r)| {
-        let increment = scene.attenuation(r) * (rise - previous);
-        previous = rise;
-        increment
-    });
-    increments.sum()
-}
-
-/// Eq. 3 of the talk in direction k: all of the rise by the weight of the highest.
-fn hbao_talk(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
-    horizons(scene, pixel, k, shift).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
-}
-
-/// The samples within R of direction k that rise above all before them: by how much over the tangent, and how far away.
-fn horizons(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> impl Iterator<Item = (f64, f64)> {
-    let direction = scene.direction(pixel, k, shift);
-    let mut highest = 0.0;
-    (1..=pixel.steps).filter_map(move |i| {
-        let sample = scene.sample(pixel, &direction, i, shift).filter(|sample| scene.within(sample, shift))?;
-        let r = sample.D.length();
-        let rise = -sample.D.z / r - scene.sine_of_tangent(pixel, sample.taken);
-        let rises = rise > highest;
-        highest = rise.max(highest);
-        rises.then_some((rise, r))
-    })
 }

@@ -34,11 +34,10 @@ pub fn gbuffer(
     mesh.positions.iter_mut().for_each(|p| *p -= camera.eye);
     let tracer = Tracer::new(&mesh);
     let texel = |x: usize, y: usize| {
-        let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
         let ray = |[dx, dy]: [f64; 2]| {
             let (u, v) = ((x as f64 + 0.5 + dx) / width as f64, (y as f64 + 0.5 + dy) / height as f64);
             let (start, r) = camera.ray(u, v);
-            (to_world(start), to_world(r), r)
+            (camera.direction_to_world(start), camera.direction_to_world(r), r)
         };
         let (origin, direction, _) = ray(sample);
         // r.z is 1, so that t is the depth.

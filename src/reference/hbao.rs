@@ -1,10 +1,20 @@
 //! The float64 twin of `glsl/hbao.frag`: horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9.
 
+use super::horizons::horizons;
 use super::sampling::{Pixel, Scene, Shift};
+use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
 use crate::settings::Grounding;
 
+pub(super) const TWIN: Twin = Twin {
+    occlusion,
+    count: directions,
+    scale: strength_by_direction,
+    curve: no_curve,
+    converged: Some(Converged { occlusion: converged, ignores_repeats: true }),
+};
+
 /// The sum of Eq. 6.2.9 in direction k.
-pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     // The horizon starts at the tangent, t(theta).
     let mut tangent = scene.sine_of_tangent(pixel, direction.stride);
@@ -28,4 +38,15 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
         horizon = sine;
     }
     occlusion
+}
+
+/// Eq. 6.2.9 in direction k, with a sample at every texel.
+fn converged(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+    let mut previous = 0.0;
+    let increments = horizons(scene, pixel, k, shift).map(|(rise, r)| {
+        let increment = scene.attenuation(r) * (rise - previous);
+        previous = rise;
+        increment
+    });
+    increments.sum()
 }

@@ -1,9 +1,19 @@
 //! The float64 twin of `glsl/hbao_talk.frag`: horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3.
 
+use super::horizons::horizons;
 use super::sampling::{Pixel, Scene, Shift};
+use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
+
+pub(super) const TWIN: Twin = Twin {
+    occlusion,
+    count: directions,
+    scale: strength_by_direction,
+    curve: no_curve,
+    converged: Some(Converged { occlusion: converged, ignores_repeats: true }),
+};
 
 /// (sin h - sin t) W of Eq. 3 in direction k.
-pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let tangent = scene.sine_of_tangent(pixel, direction.stride);
     // h(theta), the highest of the tangent and the samples within R, and the horizon sample's distance.
@@ -16,4 +26,10 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f
         }
     }
     (horizon - tangent) * scene.attenuation(r)
+}
+
+/// Eq. 3 of the talk in direction k, with a sample at every texel: the whole rise has the weight of the highest
+/// sample.
+fn converged(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+    horizons(scene, pixel, k, shift).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
 }

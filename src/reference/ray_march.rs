@@ -2,12 +2,21 @@
 //! ShaderX7 6.2.
 
 use super::sampling::{Pixel, Scene, Shift};
-use crate::scene::Projection;
+use super::twin::{Twin, directions, no_curve};
 use glam::{DVec2, DVec3};
+
+pub(super) const TWIN: Twin = Twin {
+    occlusion,
+    count: directions,
+    scale: |settings| settings.strength / (f64::from(settings.directions) * f64::from(settings.rays)),
+    curve: no_curve,
+    // Rays would have to grow in number beside directions and steps.
+    converged: None,
+};
 
 /// The sum of W over the rays at azimuth j that are stopped.
 #[allow(non_snake_case)]
-pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
     let n = pixel.n.normalize_or_zero();
     // A frame about the normal, with b1 across the axis that n leans on less.
     let b1 = n.cross(if n.x.abs() < 0.8 { DVec3::X } else { DVec3::Y }).normalize_or_zero();
@@ -15,7 +24,7 @@ pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f
     let a = scene.turned(pixel, j);
     let azimuth = a.x * b1 + a.y * b2;
     let [_, _, b] = pixel.jitter;
-    let perspective = matches!(scene.projection, Projection::Perspective { .. });
+    let perspective = scene.projection.is_perspective();
 
     let rays = scene.settings.rays;
     let mut occlusion = 0.0;

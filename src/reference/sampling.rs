@@ -4,11 +4,12 @@
 //! Names follow the chapter: R, P, D, T and W are its capitals.
 #![allow(non_snake_case)]
 
-use super::Inputs;
+use super::attenuation::weight;
+use super::inputs::Inputs;
 use crate::Error;
 use crate::image::Image;
-use crate::scene::Projection;
-use crate::settings::{Attenuation, Clamp, Settings, Snap};
+use crate::projection::Projection;
+use crate::settings::{Clamp, Settings, Snap};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -180,11 +181,7 @@ impl<'a> Scene<'a> {
 
     /// W(r).
     pub(super) fn attenuation(&self, r: f64) -> f64 {
-        match self.settings.attenuation {
-            Attenuation::Quadratic => 1.0 - (r / self.radius).powi(2),
-            Attenuation::Linear => 1.0 - r / self.radius,
-            Attenuation::None => 1.0,
-        }
+        weight(self.settings.attenuation, r, self.radius)
     }
 
     /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), (du, dv) that of an offset in
@@ -223,10 +220,7 @@ impl<'a> Scene<'a> {
     /// What a texel adds to x' and y'.
     pub(super) fn pixel_extent(&self) -> DVec2 {
         let full = DVec2::new(self.depth.width as f64, self.depth.height as f64);
-        let half = match self.projection {
-            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => DVec2::new(tan_half_fov_x, tan_half_fov_y),
-            Projection::Orthographic { half_width, half_height } => DVec2::new(half_width, half_height),
-        };
+        let half = DVec2::from(self.projection.half_extents());
         self.scale as f64 * 2.0 * half / full
     }
 

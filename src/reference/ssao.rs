@@ -2,12 +2,22 @@
 //! open space among points about P.
 
 use super::sampling::{Pixel, Scene, Shift};
+use super::twin::Twin;
 use crate::settings::{SsaoDepth, SsaoRotation, Toggle};
 use glam::{DMat3, DVec3};
 
+pub(super) const TWIN: Twin = Twin {
+    occlusion,
+    count: |settings| settings.ssao_samples,
+    scale: |settings| 1.0 / f64::from(settings.ssao_samples),
+    curve: |settings| settings.ssao_curve == Toggle::On,
+    // Its offsets are those that there are.
+    converged: None,
+};
+
 /// What sample i = `index` + 1 takes from accessibility: 1 less what it adds.
 #[allow(non_snake_case)]
-pub(super) fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     let settings = scene.settings;
     let (l, mut offset) = kernel(scene, pixel, index);
 
@@ -54,7 +64,7 @@ pub(super) fn kernel(scene: &Scene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
 }
 
 /// Randomly rotated kernel: an offset turned by the tile's vector.
-pub(crate) fn turned(rotation: SsaoRotation, v: DVec3, offset: DVec3) -> DVec3 {
+fn turned(rotation: SsaoRotation, v: DVec3, offset: DVec3) -> DVec3 {
     match rotation {
         // Future improvements: mirrored at the plane with normal v.
         SsaoRotation::Mirror => offset - 2.0 * offset.dot(v) * v,
@@ -65,5 +75,37 @@ pub(crate) fn turned(rotation: SsaoRotation, v: DVec3, offset: DVec3) -> DVec3 {
             let y = DVec3::new(-h * v.x * v.y, h * v.x * v.x + v.z, -v.y);
             DMat3::from_cols(x, y, v) * offset
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rotation_tile;
+    use crate::settings::{Method, Settings};
+
+    #[test]
+    fn turned_offsets_keep_their_lengths_and_the_matrix_carries_z_to_the_tiles_vector() {
+        // The horizon and the zenith too, which the tile need not hold.
+        for v in vectors().chain([DVec3::X, DVec3::NEG_Y, DVec3::Z]) {
+            assert!(turned(SsaoRotation::Matrix, v, DVec3::Z).distance(v) < 1e-7);
+            assert!(turned(SsaoRotation::Mirror, v, v).distance(-v) < 1e-6);
+            for rotation in [SsaoRotation::Matrix, SsaoRotation::Mirror] {
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turned(rotation, v, axis));
+                let handed = if rotation == SsaoRotation::Matrix { 1.0 } else { -1.0 };
+                assert!((axes[0].cross(axes[1]).dot(axes[2]) - handed).abs() < 1e-6, "{rotation:?} {v}");
+                for corner in 0..8 {
+                    let side = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+                    let offset = DVec3::new(side(2), side(1), side(0)) / 3f64.sqrt();
+                    let length = turned(rotation, v, offset).length();
+                    assert!((length - 1.0).abs() < 1e-6, "{rotation:?} {v} {offset}: {length}");
+                }
+            }
+        }
+    }
+
+    fn vectors() -> impl Iterator<Item = DVec3> {
+        let tile = rotation_tile(&Settings::for_method(Method::Ssao));
+        tile.texels.into_iter().map(|v| DVec3::from(v.map(f64::from)))
     }
 }

@@ -4,6 +4,7 @@
 //! A = 1 - 1/(2 pi) times the integral of V W over the hemisphere about the normal: a ray in a uniform direction of it
 //! that meets a triangle within R, from either side, occludes by W of the distance.
 
+use super::attenuation::weight;
 use super::trace::{Hit, Tracer};
 use crate::Error;
 use crate::scene::{Camera, Mesh};
@@ -103,8 +104,7 @@ impl<'a> Truth<'a> {
         let (u, v) = ((x as f64 + 0.5) / self.size.0 as f64, (y as f64 + 0.5) / self.size.1 as f64);
         let camera = self.camera;
         let (start, r) = camera.ray(u, v);
-        let to_world = |e: DVec3| e.x * camera.right + e.y * camera.up + e.z * camera.forward;
-        let (origin, direction) = (camera.eye + to_world(start), to_world(r));
+        let (origin, direction) = (camera.eye + camera.direction_to_world(start), camera.direction_to_world(r));
         let seen = self.tracer.nearest(origin, direction, camera.near..=camera.far)?;
         let point = origin + seen.t * direction;
         let normal = self.tracer.normal(seen.triangle);
@@ -122,7 +122,7 @@ impl<'a> Truth<'a> {
                 let (across, angle) = ((1.0 - up * up).sqrt(), TAU * turn);
                 let ray = up * normal + across * (angle.cos() * b1 + angle.sin() * b2);
                 if let Some(hit) = self.occluder(point, ray, seen.triangle) {
-                    occlusion += self.weight(hit.t);
+                    occlusion += weight(self.attenuation, hit.t, self.radius);
                 }
             }
             1.0 - occlusion / f64::from(self.rays / 2)
@@ -132,15 +132,6 @@ impl<'a> Truth<'a> {
     /// The nearest triangle on a ray of unit length from a point on the triangle `own`, within R.
     pub fn occluder(&self, point: DVec3, ray: DVec3, own: usize) -> Option<Hit> {
         self.tracer.nearest_but(point, ray, self.clearance..=self.radius, own)
-    }
-
-    /// W(r).
-    fn weight(&self, r: f64) -> f64 {
-        match self.attenuation {
-            Attenuation::Quadratic => 1.0 - (r / self.radius).powi(2),
-            Attenuation::Linear => 1.0 - r / self.radius,
-            Attenuation::None => 1.0,
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use hbao::Settings;
 use hbao::measure::trade::TradeRow;
-use hbao::settings::Method;
+use hbao::measure::{blur_width, directions_rays_steps};
 use serde_json::Value;
 
 /// A field of a file: its name and its value.
@@ -10,26 +10,14 @@ pub(crate) type Field = (&'static str, Value);
 
 /// The fields that describe settings, in their order.
 pub(crate) fn settings_fields(s: &Settings) -> Vec<Field> {
-    let blur = match s.method {
-        Method::None => 0,
-        // Its own.
-        Method::Ssao if s.blur > 0 => 4,
-        _ => s.blur,
-    };
-    // How many fetches of depth a pixel takes, in the method's own words.
-    let (directions, steps) = match s.method {
-        Method::Ssao => (1, s.ssao_samples),
-        Method::None => (0, 0),
-        _ => (s.directions, s.steps),
-    };
-    let rays = if s.method == Method::RayMarch { s.rays } else { 1 };
+    let [directions, rays, steps] = directions_rays_steps(s.method, s);
     vec![
         ("method", s.method.name().into()),
         ("directions", directions.into()),
         ("steps", steps.into()),
-        ("rays", rays.into()),
+        ("rays", rays.max(1).into()),
         ("half_res", s.half_res.into()),
-        ("blur", blur.into()),
+        ("blur", blur_width(s).into()),
         ("blur_kernel", s.blur_kernel.name().into()),
         ("msaa", s.msaa.into()),
         ("ao_format", s.ao_format.name().into()),

@@ -43,11 +43,8 @@ impl Seen {
 
     /// How many texels a scene unit covers at depth 1, up and down.
     pub(super) fn texels_at_depth_1(&self) -> f64 {
-        let half = match self.projection {
-            Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y,
-            Projection::Orthographic { half_height, .. } => half_height,
-        };
-        self.depth.height as f64 / (2.0 * half)
+        let [_, half_height] = self.projection.half_extents();
+        self.depth.height as f64 / (2.0 * half_height)
     }
 
     /// `count` covered pixels at random, from a fixed seed; all covered pixels where there are fewer.

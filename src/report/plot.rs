@@ -2,24 +2,11 @@
 
 use hbao::Error;
 use hbao::measure::trade::TradeRow;
-use hbao::settings::Method;
+use hbao::settings::{Marker, Method};
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (800, 560);
 const DARK: RGBColor = RGBColor(40, 40, 40);
-
-/// A mark's outline about the origin, in pixels, and whether it is filled.
-fn mark(method: Method) -> (Vec<(i32, i32)>, bool) {
-    match method {
-        Method::Hbao => (vec![(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)], true),
-        Method::HbaoTalk => (vec![(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)], false),
-        Method::RayMarch => (vec![(0, -6), (5, 4), (-5, 4), (0, -6)], true),
-        Method::Ssao => (vec![(0, -6), (6, 0), (0, 6), (-6, 0), (0, -6)], true),
-        Method::Microsphere => (vec![(0, -6), (6, 0), (0, 6), (-6, 0), (0, -6)], false),
-        Method::Crease => (vec![(0, -6), (5, 4), (-5, 4), (0, -6)], false),
-        Method::None => (vec![(-5, -5), (5, 5), (0, 0), (-5, 5), (5, -5)], false),
-    }
-}
 
 /// RMSE against milliseconds, with the Pareto front joined by a line.
 pub(crate) fn trade(rows: &[TradeRow], title: &str) -> Result<String, Error> {
@@ -68,15 +55,15 @@ fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<(), Box<dyn
     for name in Method::NAMES {
         let of: Vec<&&TradeRow> = rows.iter().filter(|row| row.settings.method.name() == *name).collect();
         let Some(method) = of.first().map(|row| row.settings.method) else { continue };
-        let (outline, filled) = mark(method);
+        let Marker { outline, filled } = method.facts().marker;
         let style = if filled { DARK.filled() } else { DARK.stroke_width(1) };
         let points = of.iter().map(|row| {
             let at = EmptyElement::at((row.ms, row.errors.rmse));
-            let shape = outline.clone();
+            let shape = outline;
             at + if filled { Polygon::new(shape, style).into_dyn() } else { PathElement::new(shape, style).into_dyn() }
         });
         chart.draw_series(points)?.label(*name).legend(move |(x, y)| {
-            let (outline, filled) = mark(method);
+            let Marker { outline, filled } = method.facts().marker;
             let shape: Vec<(i32, i32)> = outline.iter().map(|(dx, dy)| (x + 9 + dx, y + dy)).collect();
             if filled {
                 Polygon::new(shape, DARK.filled()).into_dyn()

@@ -1,21 +1,17 @@
 //! Settings in a few words.
 
 use hbao::Settings;
-use hbao::settings::Method;
+use hbao::settings::MethodBlur;
 
 /// What distinguishes settings from others of their method, in a few words.
 pub(crate) fn words(s: &Settings) -> String {
-    let samples = match s.method {
-        Method::Ssao => format!("{}", s.ssao_samples),
-        Method::RayMarch => format!("{}/{}/{}", s.directions, s.rays, s.steps),
-        Method::None => String::new(),
-        _ => format!("{}/{}", s.directions, s.steps),
-    };
+    let counts: Vec<String> = s.method.counts(s).iter().map(u32::to_string).collect();
+    let samples = counts.join("/");
     let mut extras = Vec::new();
     if s.half_res {
         extras.push("half".to_string());
     }
-    if s.method != Method::Ssao && s.method != Method::None {
+    if s.method.facts().blur == MethodBlur::Gaussian {
         extras.push(format!("blur {}", s.blur));
     }
     let own = Settings::for_method(s.method);

@@ -1,25 +1,7 @@
 //! A camera, and the ray through each point of its picture (SPEC section 1).
 
+use crate::projection::Projection;
 use glam::{DVec2, DVec3};
-
-/// How eye space becomes the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
-    /// Rays from the eye: at z = 1 the picture reaches from -tan to +tan of half its field of view.
-    Perspective {
-        /// tan(fov_x/2), above 0.
-        tan_half_fov_x: f64,
-        /// tan(fov_y/2), above 0.
-        tan_half_fov_y: f64,
-    },
-    /// Parallel rays.
-    Orthographic {
-        /// Half the picture's width in scene units, above 0.
-        half_width: f64,
-        /// Half the picture's height in scene units, above 0.
-        half_height: f64,
-    },
-}
 
 /// Where the eye stands, how it is turned, and what it sees. `right`, `up` and `forward` are orthogonal unit vectors
 /// of world space; lengths are scene units.
@@ -52,28 +34,27 @@ impl Camera {
         DVec3::new(self.right.dot(world), self.up.dot(world), self.forward.dot(world))
     }
 
+    /// A direction of eye space in world space, and so also a point of eye space relative to the eye; lengths stay.
+    pub fn direction_to_world(&self, eye_space: DVec3) -> DVec3 {
+        eye_space.x * self.right + eye_space.y * self.up + eye_space.z * self.forward
+    }
+
     /// The ray through the picture at (u, v), both 0 to 1 from the lower left corner: its origin and r, in eye space.
     /// The point at depth z is origin + z r; r has z = 1 and is not a unit vector in perspective.
     pub fn ray(&self, u: f64, v: f64) -> (DVec3, DVec3) {
         let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-        match self.projection {
-            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
-                (DVec3::ZERO, DVec3::new(x * tan_half_fov_x, y * tan_half_fov_y, 1.0))
-            }
-            Projection::Orthographic { half_width, half_height } => {
-                (DVec3::new(x * half_width, y * half_height, 0.0), DVec3::Z)
-            }
+        let [half_x, half_y] = self.projection.half_extents();
+        let across = DVec2::new(x * half_x, y * half_y);
+        if self.projection.is_perspective() {
+            (DVec3::ZERO, across.extend(1.0))
+        } else {
+            (across.extend(0.0), DVec3::Z)
         }
     }
 
     /// Where a point of eye space with z > 0 appears in the picture: (u, v) as in [`Camera::ray`], past [0, 1] outside.
     pub fn project(&self, eye_space: DVec3) -> DVec2 {
-        let half = match self.projection {
-            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
-                DVec2::new(tan_half_fov_x, tan_half_fov_y) * eye_space.z
-            }
-            Projection::Orthographic { half_width, half_height } => DVec2::new(half_width, half_height),
-        };
+        let half = DVec2::from(self.projection.half_extents_at(eye_space.z));
         (eye_space.truncate() / half + 1.0) / 2.0
     }
 }

@@ -3,6 +3,7 @@
 //! World space is right-handed with y up, as OBJ files have it. [`Camera::to_eye`] carries it to the left-handed eye
 //! space of the papers: x right, y up, z forward. Everything here is float64; positions become float32 only after they
 //! are relative to the camera, so that a scene far from the origin renders as it would at the origin.
+#![doc = include_str!("files.md")]
 
 mod camera;
 mod cornell_box;
@@ -15,7 +16,8 @@ mod polygon;
 mod statement;
 mod view;
 
-pub use camera::{Camera, Projection};
+pub use crate::projection::Projection;
+pub use camera::Camera;
 pub use mesh::{Group, Mesh};
 pub use view::{Lens, View};
 

@@ -1,13 +1,15 @@
-//! The table of all knobs: names, units, ranges and helps, and how their values are read and written as text.
+//! The table of all settings: names, units, ranges and help texts, and how values are read and written as text.
 
 use super::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, Method, NormalFormat, Normals,
     Radius, Settings, Snap, SsaoDepth, SsaoRotation, Toggle,
 };
 use crate::Error;
+use std::fmt;
 
-/// What a knob takes.
+/// Which values a setting takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Kind {
     /// A whole number from the first to the second.
     Count(u32, u32),
@@ -27,38 +29,76 @@ pub enum Kind {
     Word(&'static [&'static str]),
 }
 
-/// One knob of [`Settings`].
+impl fmt::Display for Kind {
+    /// The values in a few words: `1 to 64`, `above 0`, `quadratic, linear, none`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Kind::Count(min, max) => write!(f, "{min} to {max}"),
+            Kind::OddOrZero(min, max) => write!(f, "0, or odd from {min} to {max}"),
+            Kind::Degrees(min, max) => write!(f, "{min} to {max} degrees"),
+            Kind::Positive | Kind::Length => write!(f, "above 0"),
+            Kind::OneOf(values) => write!(f, "{}", values.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
+            Kind::Switch => write!(f, "true, false"),
+            Kind::Word(words) => write!(f, "{}", words.join(", ")),
+        }
+    }
+}
+
+/// The value of a setting.
+pub(super) enum Value {
+    Count(u32),
+    /// A number of any kind: a length, a factor, degrees.
+    Number(f64),
+    Switch(bool),
+    Text(String),
+}
+
+/// One setting of [`Settings`]: how it is named, explained, read and written.
 pub struct Knob {
-    /// Its name in files and, behind `--`, on the command line.
+    /// Its name in settings files and, after `--`, on the command line.
     pub name: &'static str,
-    /// How `--help` names its value.
+    /// What `--help` calls its value.
     pub value: &'static str,
     /// What it means and in which unit.
     pub help: &'static str,
-    /// What it takes.
+    /// Which values it takes.
     pub kind: Kind,
-    pub(super) get: fn(&Settings) -> toml::Value,
+    pub(super) get: fn(&Settings) -> Value,
     put: fn(&mut Settings, &str) -> Result<(), String>,
 }
 
 impl Knob {
-    /// Sets it from text.
+    /// Sets the value from text, as a settings file or the command line gives it.
     ///
     /// # Errors
-    /// Where the text does not say a value in range.
+    /// [`Error::Usage`] if the text is not a value in range; the message names the setting and says what it takes.
     pub fn set(&self, settings: &mut Settings, text: &str) -> Result<(), Error> {
         (self.put)(settings, text).map_err(|what| Error::Usage(format!("{}: {what}", self.name)))
     }
 
-    /// Its value as text, as [`Knob::set`] reads it.
+    /// The value as text that [`Knob::set`] reads; empty where it follows from another setting.
+    #[must_use]
     pub fn text(&self, settings: &Settings) -> String {
         match (self.get)(settings) {
-            toml::Value::String(text) => text,
-            other => other.to_string(),
+            Value::Count(count) => count.to_string(),
+            // As TOML wants it: a number with a fraction has a point even where the fraction is 0.
+            Value::Number(number) if number.fract() == 0.0 => format!("{number:.1}"),
+            Value::Number(number) => number.to_string(),
+            Value::Switch(on) => on.to_string(),
+            Value::Text(text) => text,
         }
     }
 
-    /// True for a knob that has no value of its own, since it follows from another.
+    /// Its value where that is a whole number, and none otherwise.
+    #[must_use]
+    pub fn count(&self, settings: &Settings) -> Option<u32> {
+        match (self.get)(settings) {
+            Value::Count(count) => Some(count),
+            _ => None,
+        }
+    }
+
+    /// True for a setting that has no value of its own, because it follows from another.
     pub(super) fn is_unset(&self, settings: &Settings) -> bool {
         self.text(settings).is_empty()
     }
@@ -106,8 +146,8 @@ fn length(text: &str) -> Result<Radius, String> {
     parsed.map_err(|_| format!("'{}' is neither a finite length above 0 nor such a number and %", Error::shown(text)))
 }
 
-/// Degrees that read as they were typed, and give these radians again: 30, where 30 degrees in radians and back is
-/// 29.999999999999996.
+/// The degrees that were typed to get these radians: 30, although 30 degrees converted to radians and back are
+/// 29.999999999999996. Reading them gives the same radians again.
 fn typed_degrees(radians: f64) -> f64 {
     let degrees = radians.to_degrees();
     let short = (degrees * 1e10).round() / 1e10;
@@ -117,7 +157,7 @@ fn typed_degrees(radians: f64) -> f64 {
 
 macro_rules! knobs {
     ($($name:literal $value:literal $field:ident $kind:ident $(($($argument:expr),*))? $(: $choice:ident)? = $help:literal;)+) => {
-        /// Every knob, in the order in which `--help` lists them.
+        /// Every setting, in the order in which `--help` lists them.
         pub static KNOBS: &[Knob] = &[$(Knob {
             name: $name,
             value: $value,
@@ -134,18 +174,18 @@ macro_rules! knobs {
     (@kind PositiveOrUnset) => { Kind::Positive };
     (@kind $kind:ident) => { Kind::$kind };
     (@kind $kind:ident $($argument:expr),+) => { Kind::$kind($($argument),+) };
-    (@get Word $field:expr) => { toml::Value::from($field.name()) };
-    (@get Degrees $field:expr) => { toml::Value::from(typed_degrees($field)) };
+    (@get Word $field:expr) => { Value::Text($field.name().into()) };
+    (@get Degrees $field:expr) => { Value::Number(typed_degrees($field)) };
     (@get Length $field:expr) => {
         match $field {
-            Radius::Units(units) => toml::Value::from(units),
-            Radius::Percent(percent) => toml::Value::from(format!("{percent}%")),
+            Radius::Units(units) => Value::Number(units),
+            Radius::Percent(percent) => Value::Text(format!("{percent}%")),
         }
     };
-    (@get PositiveOrUnset $field:expr) => { $field.map_or(toml::Value::from(""), toml::Value::from) };
-    (@get Switch $field:expr) => { toml::Value::from($field) };
-    (@get Positive $field:expr) => { toml::Value::from($field) };
-    (@get $kind:ident $field:expr) => { toml::Value::from(i64::from($field)) };
+    (@get PositiveOrUnset $field:expr) => { $field.map_or(Value::Text(String::new()), Value::Number) };
+    (@get Switch $field:expr) => { Value::Switch($field) };
+    (@get Positive $field:expr) => { Value::Number($field) };
+    (@get $kind:ident $field:expr) => { Value::Count($field) };
     (@put Word $text:ident; $choice:ident) => { $choice::parse($text) };
     (@put Count $text:ident; $($argument:expr),+) => { count($text, $($argument),+) };
     (@put OddOrZero $text:ident; $($argument:expr),+) => { odd_or_zero($text, $($argument),+) };

@@ -149,10 +149,7 @@ pub fn orthographic(texel: f64, (width, height): (u32, u32)) -> Projection {
 /// x', y' of a texel's centre.
 pub fn slope(projection: Projection, (width, height): (u32, u32), x: usize, y: usize) -> [f64; 2] {
     let [u, v] = [(x as f64 + 0.5) / f64::from(width), (y as f64 + 0.5) / f64::from(height)];
-    let [half_x, half_y] = match projection {
-        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => [tan_half_fov_x, tan_half_fov_y],
-        Projection::Orthographic { half_width, half_height } => [half_width, half_height],
-    };
+    let [half_x, half_y] = projection.half_extents();
     [(2.0 * u - 1.0) * half_x, (2.0 * v - 1.0) * half_y]
 }
 
@@ -160,9 +157,10 @@ pub fn slope(projection: Projection, (width, height): (u32, u32), x: usize, y: u
 pub fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) -> ByHand {
     let depth = |x: usize, y: usize| {
         let [sx, sy] = slope(projection, size, x, y);
-        let z = match projection {
-            Projection::Perspective { .. } => distance / n.dot(DVec3::new(sx, sy, 1.0)),
-            Projection::Orthographic { .. } => (distance - n.x * sx - n.y * sy) / n.z,
+        let z = if projection.is_perspective() {
+            distance / n.dot(DVec3::new(sx, sy, 1.0))
+        } else {
+            (distance - n.x * sx - n.y * sy) / n.z
         };
         if z > 0.05 && z < 1e4 { z as f32 } else { f32::INFINITY }
     };

@@ -136,10 +136,7 @@ impl Surfaces<'_> {
 
     /// A pixel's width and height at depth z.
     fn footprint(&self, size: (usize, usize), z: f64) -> [f64; 2] {
-        let half = match self.camera.projection {
-            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => [z * tan_half_fov_x, z * tan_half_fov_y],
-            Projection::Orthographic { half_width, half_height } => [half_width, half_height],
-        };
+        let half = self.camera.projection.half_extents_at(z);
         [2.0 * half[0] / size.0 as f64, 2.0 * half[1] / size.1 as f64]
     }
 }

@@ -36,7 +36,7 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
     let tolerance = match settings.depth_format {
         DepthFormat::R32f => 1e-5,
         // 11 significant bits, truncated or rounded.
-        DepthFormat::R16f => 1e-5 + 2f64.powi(-10),
+        _ => 1e-5 + 2f64.powi(-10),
     };
     let (zero, unit) = (both.map(|_| 0.0), both.map(|_| 1.0));
     hold("depth over that of the ray", &relative, &unit, &both, Limits { tolerance, share }, context);
@@ -113,7 +113,7 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &
         AoFormat::R32f => 1e-3,
         // Half a step between half floats below 1, or a whole one where the driver truncates.
         AoFormat::R16f => 1e-3 + 2f64.powi(-11),
-        AoFormat::R8 => 1.0 / 255.0,
+        _ => 1.0 / 255.0,
     };
     let clear = Image::from_fn(covered.width, covered.height, |x, y| covered.at(x, y) && !ambiguous.at(x, y));
     hold(
@@ -143,7 +143,7 @@ pub fn hold_blur(frame: &Frame, settings: &Settings, context: &str) {
         // A rounding after each of two passes, a whole step where the driver truncates.
         AoFormat::R16f => 1e-4 + 2.0 * 2f64.powi(-11),
         // Half a step for each of two passes.
-        AoFormat::R8 => 1.0 / 255.0 + 1e-4,
+        _ => 1.0 / 255.0 + 1e-4,
     };
     let all = frame.ao.map(|_| true);
     hold("blurred ambient occlusion", &frame.ao, &expected, &all, super::everywhere(tolerance), context);

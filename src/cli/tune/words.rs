@@ -3,14 +3,14 @@
 use crate::report::words::words;
 use hbao::measure::tune::choice::Goal;
 use hbao::measure::tune::{Requirements, Tried, Tuned, Verdict};
-use hbao::settings::{Edges, Jitter, Method, Settings, SsaoDepth, Toggle};
+use hbao::settings::{Edges, Jitter, MethodBlur, Settings, SsaoDepth, Toggle};
 use std::fmt::Write as _;
 
 /// What the view needs of settings, a line each.
 pub(super) fn requirements(requirements: &Requirements, base: &Settings) -> Vec<String> {
-    let Requirements { covered, samples, edge_pixels, radius_px: (least, most) } = requirements;
+    let Requirements { covered, samples, radius_px: (least, most), .. } = requirements;
     let pixels = covered.texels.iter().filter(|&&covered| covered).count();
-    let edges = edge_pixels[usize::from(base.method == Method::Ssao)];
+    let edges = requirements.edges_of(base.method);
     let mut lines = vec![format!(
         "view: {pixels} of {} pixels hold a surface, {edges} are edges ({samples} samples a pixel); R covers {least:.1} to \
          {most:.1} texels",
@@ -54,16 +54,16 @@ pub(super) fn nothing(tuned: &Tuned, goal: Goal) -> String {
 pub(super) fn described(settings: &Settings, edges: bool) -> String {
     let s = settings;
     let mut text = format!("{} {}", s.method.name(), words(s)).split_whitespace().collect::<Vec<_>>().join(" ");
-    let ssao = s.method == Method::Ssao;
-    for (said, words) in [
-        (s.jitter == Jitter::None && s.method != Method::None, "no jitter"),
-        (edges && s.edges == Edges::Off && s.blur > 0 && s.method != Method::None, "edges off"),
-        (ssao && s.blur == 0, "no blur"),
-        (ssao && s.ssao_normals == Toggle::On, "normals"),
-        (ssao && s.ssao_curve == Toggle::Off, "no curve"),
-        (ssao && s.ssao_depth == SsaoDepth::Half, "half depth"),
+    let reads = |knob| s.method.reads(knob);
+    for (applies, words) in [
+        (reads("jitter") && s.jitter == Jitter::None, "no jitter"),
+        (reads("edges") && edges && s.edges == Edges::Off && s.blur > 0, "edges off"),
+        (s.method.facts().blur == MethodBlur::Crysis && s.blur == 0, "no blur"),
+        (reads("ssao-normals") && s.ssao_normals == Toggle::On, "normals"),
+        (reads("ssao-curve") && s.ssao_curve == Toggle::Off, "no curve"),
+        (reads("ssao-depth") && s.ssao_depth == SsaoDepth::Half, "half depth"),
     ] {
-        if said {
+        if applies {
             let _ = write!(text, ", {words}");
         }
     }

@@ -1,5 +1,6 @@
 //! The cases that are measured: those of the papers of 2008, and the scaling series.
 
+use crate::measure::counts::{blur_width, directions_rays_steps};
 use crate::measure::published::{COLUMNS, CRYSIS_SIZE, EIGHT, TABLE_BLUR};
 use crate::settings::{Method, Settings, SsaoDepth, SsaoRotation};
 
@@ -53,31 +54,20 @@ impl Case {
         if self.without_ao { Method::None } else { self.settings.method }
     }
 
-    /// The directions about a pixel, the rays in each direction, and the steps on each ray. The samples of `ssao` count
-    /// as the steps of one ray.
+    /// The directions about a pixel, the rays in each direction, and the steps on each ray, as
+    /// [`directions_rays_steps`] counts them.
     pub fn samples(&self) -> [u32; 3] {
-        let Settings { directions, rays, steps, ssao_samples, .. } = self.settings;
-        match self.method() {
-            Method::None => [0, 0, 0],
-            Method::Ssao => [1, 1, ssao_samples],
-            Method::RayMarch => [directions, rays, steps],
-            _ => [directions, 1, steps],
-        }
+        directions_rays_steps(self.method(), &self.settings)
     }
 
-    /// How many times a pixel of ambient occlusion fetches depth, if it does not exit early.
+    /// How many times a pixel of ambient occlusion fetches depth, if it does not exit early; 0 without an AO pass.
     pub fn fetches(&self) -> u32 {
-        self.samples().iter().product()
+        self.method().samples(&self.settings)
     }
 
     /// The blur's width in texels; 0 where there is no blur.
     pub fn blur(&self) -> u32 {
-        match self.settings.method {
-            Method::None => 0,
-            // Its own blur is 4x4.
-            Method::Ssao => self.settings.blur.min(4),
-            _ => self.settings.blur,
-        }
+        blur_width(&self.settings)
     }
 
     pub(super) fn pixels(&self) -> f64 {

@@ -6,7 +6,6 @@ use crate::measure::Shot;
 use crate::measure::gbuffers::GBuffers;
 use crate::measure::times::{is_ao, is_blur, median, sum};
 use crate::scene::{Camera, Mesh, View};
-use crate::settings::Method;
 use crate::{AmbientOcclusion, Apply, Error, Pipeline, Request, Timers};
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,8 +43,8 @@ pub fn measure(
         let start = Instant::now();
         let pipeline = gbuffer.beside(&case.settings, request)?;
         let made_ms = milliseconds(start);
-        let floor = match case.method() {
-            Method::None => None,
+        let floor = match case.fetches() {
+            0 => None,
             _ => Some(AmbientOcclusion::fetch_floor(gl.clone(), case.size, &case.settings)?),
         };
         let triangles = mesh.triangles.len();

@@ -3,6 +3,7 @@
 //! A pass is compared with its twin twice. On the images that the GPU itself made, the difference is the pass's own
 //! arithmetic. On what rays meet in float64, where nothing was rounded on the way, the difference is the error of all
 //! passes up to this one.
+#![doc = include_str!("../extremes.md")]
 
 mod as_drawn;
 mod comparison;

@@ -5,6 +5,7 @@
 //! timed roughly, and those near the goal are varied knob by knob. At last the contenders are timed in interleaved
 //! rounds, and the finalists among them for longer. The search proves nothing: it never looks at settings that are far
 //! from all those near the goal.
+#![doc = include_str!("../tuned.md")]
 
 pub mod choice;
 mod contest;

@@ -8,10 +8,10 @@ use crate::ambient_occlusion::{AmbientOcclusion, Extras, Inputs, Kept, Purpose};
 use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
-use crate::pass::gbuffer::{self, GBuffer};
+use crate::pass::gbuffer::{GBuffer, GBufferVariant};
 use crate::pass::method::NormalEncoding;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
-use crate::scene::{Camera, Mesh, Projection};
+use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, Settings};
 use glow::HasContext;
 use std::sync::Arc;
@@ -131,9 +131,9 @@ impl Pipeline {
         check_depth_range(&self.settings, camera)?;
         let (gl, size, background) = (&self.gl, self.size, self.background());
         let targets = &*self.targets;
-        let variant = gbuffer::Variant {
+        let variant = GBufferVariant {
             normals: self.settings.normals,
-            orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
+            orthographic: !camera.projection.is_perspective(),
             biased: targets.encoding == NormalEncoding::Biased,
         };
         let pass = match self.gbuffer.take() {

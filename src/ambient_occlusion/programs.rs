@@ -1,0 +1,80 @@
+//! The shader programs that one kind of inputs needs.
+
+use super::plan::{Plan, Step};
+use crate::Error;
+use crate::pass::background::Background;
+use crate::pass::blur::{Blur, BlurVariant};
+use crate::pass::edges::Edges;
+use crate::pass::half_depth::HalfDepth;
+use crate::pass::method::{MethodPass, MethodVariant, reads_half_depth};
+use crate::settings::Settings;
+use std::sync::Arc;
+
+/// What an [`AmbientOcclusion`] is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Ambient occlusion.
+    Visibility,
+    /// The fetch floor of the method's pass, without a blur.
+    Floor,
+    /// Which pixels are edges, and nothing else: A = 1.
+    Edges,
+    /// The blur, over A = 1 in place of what the method would draw.
+    Blur,
+}
+
+/// What an input is, as far as programs are compiled for it.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct InputKind {
+    pub(super) method: MethodVariant,
+    /// The depth samples of a pixel, where edges are looked for.
+    pub(super) samples: Option<u32>,
+}
+
+/// The programs that one kind of inputs needs.
+pub(super) struct Programs {
+    pub(super) kind: InputKind,
+    pub(super) plan: Plan,
+    /// The target that a stencil is first used with, and the pass that fills it. None where nothing is masked.
+    pub(super) stencils: Vec<(usize, Background)>,
+    /// None where A = 1 everywhere.
+    pub(super) ao: Option<MethodPass>,
+    /// What the method's samples read, where that is not the depth image itself.
+    pub(super) half_depth: Option<HalfDepth>,
+    pub(super) edges: Option<Edges>,
+    pub(super) blurs: Vec<(Step, Blur)>,
+    pub(super) blur_edges: Option<(Step, Blur)>,
+}
+
+impl Programs {
+    pub(super) fn new(
+        gl: &Arc<glow::Context>,
+        settings: &Settings,
+        (purpose, size): (Purpose, (u32, u32)),
+        kind: InputKind,
+    ) -> Result<Programs, Error> {
+        let plan = Plan::new(settings, kind.samples.is_some());
+        let depth = kind.method.depth;
+        let ao = match purpose {
+            Purpose::Edges | Purpose::Blur => None,
+            Purpose::Visibility | Purpose::Floor => MethodPass::new(gl, settings, kind.method)?,
+        };
+        let mut stencils = Vec::new();
+        for (i, scale) in plan.scales.iter().enumerate() {
+            let masked = ao.is_some() || !plan.steps.is_empty() || kind.samples.is_some();
+            if masked && !plan.scales[..i].contains(scale) {
+                stencils.push((i, Background::new(gl, depth, *scale)?));
+            }
+        }
+        let blur = |step: Step, samples| {
+            let (from, to) = (plan.scales[step.from], plan.scales[step.to]);
+            Ok((step, Blur::new(gl, BlurVariant { kernel: step.kernel, depth, from, to, samples })?))
+        };
+        let blurs = plan.steps.iter().map(|&step| blur(step, None)).collect::<Result<_, Error>>()?;
+        let blur_edges = plan.edges.map(|step| blur(step, kind.samples)).transpose()?;
+        let edges = kind.samples.map(|samples| Edges::new(gl, samples)).transpose()?;
+        let half_depth =
+            if reads_half_depth(settings) && ao.is_some() { Some(HalfDepth::new(gl, depth, size)?) } else { None };
+        Ok(Programs { kind, plan, stencils, ao, half_depth, edges, blurs, blur_edges })
+    }
+}

@@ -1,0 +1,44 @@
+//! The projection of a view: how eye space becomes the picture.
+
+/// How eye space becomes the picture. Both kinds are centred: the picture's middle lies on the view's axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Rays start at the eye: at z = 1 the picture reaches from -tan to +tan of half its field of view.
+    Perspective {
+        /// tan(fov_x/2), above 0.
+        tan_half_fov_x: f64,
+        /// tan(fov_y/2), above 0.
+        tan_half_fov_y: f64,
+    },
+    /// Rays are parallel to the view's axis.
+    Orthographic {
+        /// Half the picture's width in scene units, above 0.
+        half_width: f64,
+        /// Half the picture's height in scene units, above 0.
+        half_height: f64,
+    },
+}
+
+impl Projection {
+    /// Half the picture's width and height: of a perspective view at z = 1, of an orthographic one in scene units.
+    #[must_use]
+    pub fn half_extents(&self) -> [f64; 2] {
+        match *self {
+            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => [tan_half_fov_x, tan_half_fov_y],
+            Projection::Orthographic { half_width, half_height } => [half_width, half_height],
+        }
+    }
+
+    /// Half the picture's width and height at depth z, in scene units.
+    #[must_use]
+    pub fn half_extents_at(&self, z: f64) -> [f64; 2] {
+        let scale = if self.is_perspective() { z } else { 1.0 };
+        self.half_extents().map(|half| half * scale)
+    }
+
+    /// Whether rays start at the eye, rather than run in parallel.
+    #[must_use]
+    pub fn is_perspective(&self) -> bool {
+        matches!(self, Projection::Perspective { .. })
+    }
+}

@@ -1,0 +1,17 @@
+//! The horizons of the converged methods, where every texel is a sample.
+
+use super::sampling::{Pixel, Scene, Shift};
+
+/// The samples within R of direction k that rise above all before them: by how much over the tangent, and how far away.
+pub(super) fn horizons(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> impl Iterator<Item = (f64, f64)> {
+    let direction = scene.direction(pixel, k, shift);
+    let mut highest = 0.0;
+    (1..=pixel.steps).filter_map(move |i| {
+        let sample = scene.sample(pixel, &direction, i, shift).filter(|sample| scene.within(sample, shift))?;
+        let r = sample.D.length();
+        let rise = -sample.D.z / r - scene.sine_of_tangent(pixel, sample.taken);
+        let rises = rise > highest;
+        highest = rise.max(highest);
+        rises.then_some((rise, r))
+    })
+}

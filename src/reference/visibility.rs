@@ -1,0 +1,65 @@
+//! Ambient occlusion of an image by the twins, and where float32 may differ from them.
+
+use super::inputs::Inputs;
+use super::sampling::{EXACT, Scene, Shift};
+use super::terms::Terms;
+use crate::Error;
+use crate::image::Image;
+use crate::settings::Settings;
+use rayon::prelude::*;
+
+/// Visibility A in [0, 1] by the settings' method, before any blur; 1 on background. At half resolution the image has
+/// half the inputs' width and height, rounded up.
+///
+/// # Errors
+/// A radius in percent, or images of different sizes.
+pub fn visibility<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<f64>, Error> {
+    let scene = Scene::new(inputs, settings)?;
+    let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
+    Ok(image(&scene, |x, y| {
+        let Some(pixel) = scene.pixel(x, y) else { return 1.0 };
+        if method.exits_early(&pixel, EXACT) {
+            return 1.0;
+        }
+        let occlusion: f64 = (0..method.count).map(|k| (method.occlusion)(&scene, &pixel, k, EXACT)).sum();
+        method.visibility(occlusion)
+    }))
+}
+
+/// The pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative,
+/// either way and in each direction or sample apart: where float32 may decide otherwise than float64.
+///
+/// # Errors
+/// As [`visibility`].
+pub fn ambiguous<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<bool>, Error> {
+    let scene = Scene::new(inputs, settings)?;
+    let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
+    let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]
+        .map(|[rounding, comparison]| Shift { rounding, comparison });
+    Ok(image(&scene, |x, y| {
+        let Some(pixel) = scene.pixel(x, y) else { return false };
+        let exits = shifts.map(|shift| method.exits_early(&pixel, shift));
+        if exits.iter().all(|&exits| exits) {
+            return false;
+        }
+        let turned = shifts.map(|shift| scene.pixel_shifted(x, y, shift));
+        let moves: f64 = (0..method.count)
+            .map(|k| {
+                // Where the exit itself is in doubt, the whole occlusion is.
+                let exact = if exits.contains(&true) { 0.0 } else { (method.occlusion)(&scene, &pixel, k, EXACT) };
+                let shifted = shifts
+                    .iter()
+                    .zip(&turned)
+                    .map(|(&shift, turned)| (method.occlusion)(&scene, turned.as_ref().unwrap_or(&pixel), k, shift));
+                shifted.map(|term| (term - exact).abs()).fold(0.0, f64::max)
+            })
+            .sum();
+        method.steepest() * moves > 1e-3
+    }))
+}
+
+fn image<T: Copy + Send>(scene: &Scene, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
+    let (width, height) = scene.size();
+    let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
+    Image { width, height, texels }
+}

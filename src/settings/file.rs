@@ -1,0 +1,62 @@
+//! Settings files: `key = value` lines of TOML, the keys being the names of [`KNOBS`].
+
+use super::Settings;
+use super::knobs::{KNOBS, Value};
+use crate::Error;
+
+impl From<Value> for toml::Value {
+    fn from(value: Value) -> toml::Value {
+        match value {
+            Value::Count(count) => i64::from(count).into(),
+            Value::Number(number) => number.into(),
+            Value::Switch(on) => on.into(),
+            Value::Text(text) => text.into(),
+        }
+    }
+}
+
+impl Settings {
+    /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of
+    /// [`KNOBS`](super::KNOBS). Settings that the text does not name keep their values. The table `[render]` is skipped:
+    /// it holds what else an image was made with.
+    ///
+    /// # Errors
+    /// The message names the key that is unknown or whose value is out of range, or the line that is not TOML. After an
+    /// error no setting has changed.
+    pub fn read_toml(&mut self, text: &str) -> Result<(), String> {
+        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
+            let before = e.span().map_or(&[][..], |span| &text.as_bytes()[..span.start.min(text.len())]);
+            let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+            format!("line {line}: {}", Error::shown(&e.message().replace('\n', ", ")))
+        })?;
+        let mut read = self.clone();
+        for (key, value) in &table {
+            if key == "render" && value.is_table() {
+                continue;
+            }
+            let Some(knob) = KNOBS.iter().find(|knob| knob.name == key) else {
+                let names: Vec<_> = KNOBS.iter().map(|knob| knob.name).collect();
+                return Err(format!("unknown setting '{}': the settings are {}", Error::shown(key), names.join(", ")));
+            };
+            let text = match value {
+                toml::Value::String(text) => text.clone(),
+                toml::Value::Table(_) | toml::Value::Array(_) => {
+                    return Err(format!("{key}: {} is no value for it: write one number or word", value.type_str()));
+                }
+                other => other.to_string(),
+            };
+            knob.set(&mut read, &text).map_err(|e| e.to_string())?;
+        }
+        *self = read;
+        Ok(())
+    }
+
+    /// The text of a settings file that holds every setting, a line each, in the order of [`KNOBS`](super::KNOBS). A
+    /// setting without a value of its own, because it follows from another, is left out.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let set = KNOBS.iter().filter(|knob| !knob.is_unset(self));
+        let table: toml::Table = set.map(|knob| (knob.name.to_string(), (knob.get)(self).into())).collect();
+        table.to_string()
+    }
+}

@@ -1,0 +1,334 @@
+//! The methods of ambient occlusion, each with one row of facts. Everything else asks these rows: the passes which
+//! shader to compile, the twins which function to call, the command which settings matter, `bench` how many samples a
+//! method takes.
+//!
+//! A new method needs its shader in `glsl/`, its float64 twin in `src/reference/`, and a row here.
+
+use super::choice::choice;
+use super::{Attenuation, KNOBS, Settings, Snap};
+
+/// What tells a method from the others, apart from its equation.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct MethodFacts {
+    /// The names of the settings that the method reads, of those that some methods read and others do not. A name that
+    /// stands in no method's list belongs to the G-buffer or to the output, and matters with every method.
+    pub reads: &'static [&'static str],
+    /// The names of the settings whose product is the number of depth samples that the method takes for a pixel, in the
+    /// order in which tables write them. Empty for `none`, which has no pass.
+    pub samples: &'static [&'static str],
+    /// Puts the method's own defaults into settings that hold the defaults of all.
+    pub defaults: fn(Settings) -> Settings,
+    /// Whether A = 1 at pixels where a step is shorter than a texel (6.2, Variable step size).
+    pub exits_early: bool,
+    /// Whether the method reads the near plane ([`crate::Inputs::near`]).
+    pub reads_near: bool,
+    /// The blur that follows the method.
+    pub blur: MethodBlur,
+    /// What the texels of its rotation tile hold.
+    pub tile: TileKind,
+    /// The names of the files in `glsl/` that its fragment shader is made of, in their order, its own file last. They
+    /// follow the pieces that all methods share. Empty for `none`.
+    pub shader: &'static [&'static str],
+    /// How plots mark it.
+    pub marker: Marker,
+}
+
+/// The blur that follows a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MethodBlur {
+    /// The cross-bilateral Gaussian of ShaderX7 6.2, as wide as the settings say.
+    Gaussian,
+    /// Crysis' 4x4 texels of equal weights (ShaderX7 6.1), whose depth sigma is a share of the depth.
+    Crysis,
+    /// No blur: A is the same everywhere.
+    None,
+}
+
+/// What the texels of a method's rotation tile hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TileKind {
+    /// (cos a, sin a, b): a rotation of the directions and a fraction of a step.
+    Rotations,
+    /// A unit vector, by which offsets in space are turned.
+    Vectors,
+}
+
+/// How plots mark a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Marker {
+    /// The corners of its outline about the point that it marks, in pixels, x right and y down. The line ends at the
+    /// last corner, which is the first again where the outline is closed.
+    pub outline: &'static [(i32, i32)],
+    /// Whether the outline is filled.
+    pub filled: bool,
+}
+
+const SQUARE: &[(i32, i32)] = &[(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)];
+const TRIANGLE: &[(i32, i32)] = &[(0, -6), (5, 4), (-5, 4), (0, -6)];
+const DIAMOND: &[(i32, i32)] = &[(0, -6), (6, 0), (0, 6), (-6, 0), (0, -6)];
+const CROSS: &[(i32, i32)] = &[(-5, -5), (5, 5), (0, 0), (-5, 5), (5, -5)];
+
+const fn filled(outline: &'static [(i32, i32)]) -> Marker {
+    Marker { outline, filled: true }
+}
+
+const fn hollow(outline: &'static [(i32, i32)]) -> Marker {
+    Marker { outline, filled: false }
+}
+
+/// Hands the list of all methods to the macro `$expand`, so that each part of the crate can make of a row what is its
+/// own: here the enum and its facts, in `pass` the files of the shader, in `reference` the twin. A row is: the variant
+/// and its name; `twin`, the file in `src/reference/` that holds its twin (none: A = 1); `shader`, see
+/// [`MethodFacts::shader`]; `define`, a word that a shader shared by two methods is compiled with; and the other facts.
+macro_rules! methods {
+    ($expand:ident) => {
+        $expand! {
+            /// ShaderX7 6.2: grounded horizons, one attenuation per sample (Eq. 6.2.9).
+            #[default]
+            Hbao = "hbao" {
+                twin: [hbao],
+                shader: ["shared/attenuation.glsl", "shared/sampling.glsl", "shared/tangent.glsl", "hbao.frag"],
+                define: [],
+                facts: {
+                    reads: &[
+                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
+                        "grounding", "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
+                    ],
+                    samples: &["directions", "steps"],
+                    defaults: |settings| settings,
+                    exits_early: true,
+                    reads_near: false,
+                    blur: MethodBlur::Gaussian,
+                    tile: TileKind::Rotations,
+                    marker: filled(SQUARE),
+                }
+            }
+            /// The SIGGRAPH 2008 talk: one horizon, one attenuation in each direction (Eq. 3).
+            HbaoTalk = "hbao-talk" {
+                twin: [hbao_talk],
+                shader: ["shared/attenuation.glsl", "shared/sampling.glsl", "shared/tangent.glsl", "hbao_talk.frag"],
+                define: [],
+                facts: {
+                    reads: &[
+                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
+                        "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
+                    ],
+                    samples: &["directions", "steps"],
+                    defaults: |settings| Settings {
+                        attenuation: Attenuation::Linear,
+                        snap: Snap::Sample,
+                        ..settings
+                    },
+                    exits_early: true,
+                    reads_near: false,
+                    blur: MethodBlur::Gaussian,
+                    tile: TileKind::Rotations,
+                    marker: hollow(SQUARE),
+                }
+            }
+            /// 6.2's brute force: rays over the hemisphere, marched over the depth image.
+            RayMarch = "ray-march" {
+                twin: [ray_march],
+                shader: ["shared/attenuation.glsl", "ray_march.frag"],
+                define: [],
+                facts: {
+                    reads: &[
+                        "radius", "directions", "steps", "rays", "strength", "attenuation",
+                        "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
+                    ],
+                    samples: &["directions", "rays", "steps"],
+                    defaults: |settings| settings,
+                    exits_early: false,
+                    reads_near: true,
+                    blur: MethodBlur::Gaussian,
+                    tile: TileKind::Rotations,
+                    marker: filled(TRIANGLE),
+                }
+            }
+            /// Shanmugam and Arikan 2007, as 6.2 describes it: every sample is a sphere that occludes.
+            Microsphere = "microsphere" {
+                twin: [microsphere],
+                shader: ["shared/sampling.glsl", "microsphere.frag"],
+                define: [],
+                facts: {
+                    reads: &[
+                        "radius", "directions", "steps", "strength", "snap", "clamp",
+                        "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
+                    ],
+                    samples: &["directions", "steps"],
+                    defaults: |settings| settings,
+                    exits_early: true,
+                    reads_near: false,
+                    blur: MethodBlur::Gaussian,
+                    tile: TileKind::Rotations,
+                    marker: hollow(DIAMOND),
+                }
+            }
+            /// Fox and Compton 2008, as 6.2 describes it: micro-spheres that all have the same solid angle.
+            Crease = "crease" {
+                twin: [microsphere],
+                shader: ["shared/sampling.glsl", "microsphere.frag"],
+                define: ["CREASE"],
+                facts: {
+                    reads: &[
+                        "radius", "directions", "steps", "strength", "snap", "clamp",
+                        "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
+                    ],
+                    samples: &["directions", "steps"],
+                    defaults: |settings| settings,
+                    exits_early: true,
+                    reads_near: false,
+                    blur: MethodBlur::Gaussian,
+                    tile: TileKind::Rotations,
+                    marker: hollow(TRIANGLE),
+                }
+            }
+            /// ShaderX7 6.1, Crysis: the share of solid among points about P.
+            Ssao = "ssao" {
+                twin: [ssao],
+                shader: ["ssao.frag"],
+                define: [],
+                facts: {
+                    reads: &[
+                        "jitter", "blur", "blur-depth-sigma", "edges", "half-res",
+                        "ssao-samples", "ssao-rotation", "ssao-depth", "ssao-normals", "ssao-curve",
+                    ],
+                    samples: &["ssao-samples"],
+                    defaults: |settings| settings,
+                    exits_early: false,
+                    reads_near: false,
+                    blur: MethodBlur::Crysis,
+                    tile: TileKind::Vectors,
+                    marker: filled(DIAMOND),
+                }
+            }
+            /// A = 1 everywhere: the 'No AO' rows of Table 6.2.1.
+            None = "none" {
+                twin: [],
+                shader: [],
+                define: [],
+                facts: {
+                    reads: &[],
+                    samples: &[],
+                    defaults: |settings| settings,
+                    exits_early: false,
+                    reads_near: false,
+                    blur: MethodBlur::None,
+                    tile: TileKind::Rotations,
+                    marker: hollow(CROSS),
+                }
+            }
+        }
+    };
+}
+pub(crate) use methods;
+
+macro_rules! declare {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal {
+        twin: [$($twin:ident)?],
+        shader: [$($shader:literal),*],
+        define: [$($define:literal)?],
+        facts: { $($fact:tt)* }
+    })+) => {
+        choice! {
+            /// Which ambient occlusion method.
+            Method { $($(#[$doc])* $variant = $name),+ }
+        }
+
+        impl Method {
+            /// All that tells the method from the others, apart from its equation.
+            #[must_use]
+            pub fn facts(self) -> &'static MethodFacts {
+                match self {
+                    $(Method::$variant => {
+                        const FACTS: MethodFacts = MethodFacts { shader: &[$($shader),*], $($fact)* };
+                        &FACTS
+                    })+
+                }
+            }
+        }
+    };
+}
+methods!(declare);
+
+impl Method {
+    /// Whether the method reads the setting of this name. Settings of the G-buffer and of the output matter to all.
+    #[must_use]
+    pub fn reads(self, knob: &str) -> bool {
+        let lists = |method: &Method| method.facts().reads.contains(&knob);
+        lists(&self) || !Method::ALL.iter().any(lists)
+    }
+
+    /// The values of the settings that say how many samples the method takes for a pixel, in the order of
+    /// [`MethodFacts::samples`]: (8, 8) for 8 directions of 8 steps.
+    #[must_use]
+    pub fn counts(self, settings: &Settings) -> Vec<u32> {
+        let knobs = self.facts().samples.iter().filter_map(|name| KNOBS.iter().find(|knob| knob.name == *name));
+        knobs.filter_map(|knob| knob.count(settings)).collect()
+    }
+
+    /// How many depth samples the method takes for a pixel that does not exit early; 0 for `none`.
+    #[must_use]
+    pub fn samples(self, settings: &Settings) -> u32 {
+        let counts = self.counts(settings);
+        if counts.is_empty() { 0 } else { counts.iter().product() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_in_a_row_is_a_settings_name_and_samples_are_read_and_count() {
+        for method in Method::ALL {
+            let facts = method.facts();
+            for name in facts.reads {
+                assert!(KNOBS.iter().any(|knob| knob.name == *name), "{}: {name}", method.name());
+            }
+            for name in facts.samples {
+                assert!(facts.reads.contains(name), "{} does not read {name}", method.name());
+            }
+            assert_eq!(method.counts(&Settings::default()).len(), facts.samples.len());
+        }
+    }
+
+    #[test]
+    fn samples_are_the_product_of_the_counts() {
+        let settings = Settings { directions: 3, steps: 5, rays: 7, ssao_samples: 24, ..Settings::default() };
+        for (method, samples) in [
+            (Method::Hbao, 15),
+            (Method::HbaoTalk, 15),
+            (Method::RayMarch, 105),
+            (Method::Microsphere, 15),
+            (Method::Crease, 15),
+            (Method::Ssao, 24),
+            (Method::None, 0),
+        ] {
+            assert_eq!(method.samples(&settings), samples, "{}", method.name());
+        }
+        assert_eq!(Method::RayMarch.counts(&settings), [3, 7, 5]);
+    }
+
+    #[test]
+    fn a_setting_that_no_method_lists_matters_to_all() {
+        for method in Method::ALL {
+            for knob in ["method", "normals", "msaa", "ao-format", "normal-format", "depth-format"] {
+                assert!(method.reads(knob), "{} {knob}", method.name());
+            }
+            assert_eq!(method.reads("rays"), *method == Method::RayMarch);
+            assert_eq!(method.reads("ssao-curve"), *method == Method::Ssao);
+        }
+    }
+
+    #[test]
+    fn no_two_methods_share_a_marker() {
+        for (i, method) in Method::ALL.iter().enumerate() {
+            let marker = method.facts().marker;
+            assert!(Method::ALL[..i].iter().all(|other| other.facts().marker != marker), "{}", method.name());
+        }
+    }
+}
