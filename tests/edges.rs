@@ -4,7 +4,7 @@ mod rig;
 
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
-use hbao::measure::trade;
+use hbao::measure::{Shot, TruthImage, trade};
 use hbao::reference;
 use hbao::settings::{BlurKernel, DepthFormat, Edges, Method, Normals};
 use hbao::{AmbientOcclusion, DepthSamples, Inputs, Pipeline, Request, Settings};
@@ -193,18 +193,18 @@ fn errors_of_one_sample_a_pixel_are_told_apart_on_edges() {
     let context = Context::open(Backend::Egl).unwrap();
     let shot = scenes::box_on_a_floor();
     let camera = shot.camera(SIZE);
-    let view = (&shot.mesh, &camera);
+    let view = Shot { mesh: &shot.mesh, camera: &camera, size: SIZE };
     let frame = rig::render(context.gl(), &shot, SIZE, &multisample(shot.radius));
     let open = Settings { method: Method::None, msaa: 1, ..multisample(shot.radius) };
-    let edges = trade::edges(context.gl(), view, SIZE, &open).unwrap();
+    let edges = trade::edges(context.gl(), view, &open).unwrap();
     assert_eq!(edges, frame.edges);
     // Where the pixel's own centre holds a surface: others mix it with background.
     let covered = rig::render(context.gl(), &shot, SIZE, &open).covered();
     let on_edges = (0..edges.texels.len()).filter(|&i| edges.texels[i] && covered.texels[i]).count();
     let all_edges = edges.texels.iter().filter(|&&edge| edge).count();
     assert!(on_edges > 50 && on_edges < all_edges, "{on_edges} of {all_edges}");
-    let truth = edges.map(|edge| if edge { 0.5 } else { 1.0 });
-    let rows = trade::measure(context.gl(), view, (&truth, &covered), &[open], 1, || {}).unwrap();
+    let truth = TruthImage { visibility: edges.map(|edge| if edge { 0.5 } else { 1.0 }), covered };
+    let rows = trade::measure(context.gl(), view, &truth, &[open], 1, || {}).unwrap();
     let (all, edge) = (rows[0].errors, rows[0].edge_errors.unwrap());
     assert_eq!([edge.rmse, edge.mae, edge.bias, edge.max], [0.5; 4]);
     assert_eq!(edge.pixels, on_edges);
