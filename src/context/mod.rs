@@ -183,10 +183,19 @@ impl Context {
     /// `egl: llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6`.
     #[must_use]
     pub fn describe(&self) -> String {
-        // SAFETY: the context is current on this thread.
-        let (renderer, version) =
-            unsafe { (self.gl.get_parameter_string(glow::RENDERER), self.gl.get_parameter_string(glow::VERSION)) };
-        format!("{}: {renderer}, OpenGL {version}", self.backend().name())
+        format!("{}: {}, OpenGL {}", self.backend().name(), self.renderer(), self.version())
+    }
+
+    /// The renderer, as the driver names it.
+    pub fn renderer(&self) -> String {
+        // SAFETY: the context is current on this thread, and this is a core parameter.
+        unsafe { self.gl.get_parameter_string(glow::RENDERER) }
+    }
+
+    /// The version of OpenGL, as the driver words it.
+    pub fn version(&self) -> String {
+        // SAFETY: the context is current on this thread, and this is a core parameter.
+        unsafe { self.gl.get_parameter_string(glow::VERSION) }
     }
 
     /// If [`Backend::Auto`] tried another backend before this one: why that backend failed, in one line. Otherwise

@@ -17,7 +17,7 @@ impl From<Value> for toml::Value {
 
 impl Settings {
     /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of
-    /// [`KNOBS`](super::KNOBS). Settings that the text does not name keep their values. The table `[render]` is skipped:
+    /// [`KNOBS`]. Settings that the text does not name keep their values. The table `[render]` is skipped:
     /// it holds what else an image was made with.
     ///
     /// # Errors
@@ -51,7 +51,7 @@ impl Settings {
         Ok(())
     }
 
-    /// The text of a settings file that holds every setting, a line each, in the order of [`KNOBS`](super::KNOBS). A
+    /// The text of a settings file that holds every setting, a line each, in the order of [`KNOBS`]. A
     /// setting without a value of its own, because it follows from another, is left out.
     #[must_use]
     pub fn to_toml(&self) -> String {

@@ -4,10 +4,12 @@ use crate::rig;
 use crate::rig::{Shot, scenes};
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
-use hbao::measure::decomposition::{Decomposition, decompose, decompose_all, subset};
+use hbao::measure;
+use hbao::measure::decomposition::{Decomposition, TruthAt, decompose, decompose_all, subset};
 use hbao::measure::errors::Errors;
 use hbao::reference::converges;
 use hbao::reference::truth::Truth;
+use hbao::scene::Camera;
 use hbao::settings::{Attenuation, DepthFormat, Edges, Method, NormalFormat, Radius};
 use hbao::{Pipeline, Request, Settings};
 
@@ -20,6 +22,11 @@ struct Judged {
     truth: Vec<f64>,
     covered: Image<bool>,
     pixels: Vec<usize>,
+}
+
+/// A shot of the rig as the measures take it.
+fn seen<'a>(shot: &'a Shot, camera: &'a Camera, size: (u32, u32)) -> measure::Shot<'a> {
+    measure::Shot { mesh: &shot.mesh, camera, size }
 }
 
 impl Judged {
@@ -41,8 +48,11 @@ impl Judged {
 
     fn apart(&self, settings: &[Settings]) -> Vec<Decomposition> {
         let camera = self.shot.camera(SIZE);
-        let view = (&self.shot.mesh, &camera);
-        decompose_all(self.context.gl(), view, SIZE, settings, (&self.pixels, &self.truth), || {}).unwrap()
+        decompose_all(self.context.gl(), seen(&self.shot, &camera, SIZE), settings, self.truth(), || {}).unwrap()
+    }
+
+    fn truth(&self) -> TruthAt<'_> {
+        TruthAt { pixels: &self.pixels, visibility: &self.truth }
     }
 
     /// What is shown, at full size.
@@ -179,9 +189,9 @@ fn settings_that_share_their_limit_are_told_from_those_that_do_not() {
     ];
     let together = judged.apart(&all);
     let camera = judged.shot.camera(SIZE);
-    let (gl, view) = (judged.context.gl(), (&judged.shot.mesh, &camera));
+    let (gl, view) = (judged.context.gl(), seen(&judged.shot, &camera, SIZE));
     for (settings, parts) in all.iter().zip(&together) {
-        let alone = decompose(gl, view, SIZE, settings, (&judged.pixels, &judged.truth)).unwrap();
+        let alone = decompose(gl, view, settings, judged.truth()).unwrap();
         assert_eq!(*parts, alone, "{}", settings.to_toml());
     }
     assert_eq!(together[0].model, together[1].model);
@@ -191,7 +201,7 @@ fn settings_that_share_their_limit_are_told_from_those_that_do_not() {
     // A subset says much the same: of 1500 pixels, by a standard error of 0.1 / sqrt(1500).
     let some = subset(&judged.covered, 1500);
     let truth: Vec<f64> = some.iter().map(|i| judged.truth[judged.pixels.binary_search(i).unwrap()]).collect();
-    let part = decompose(gl, view, SIZE, &base, (&some, &truth)).unwrap();
+    let part = decompose(gl, view, &base, TruthAt { pixels: &some, visibility: &truth }).unwrap();
     assert_eq!(part.pixels, 1500);
     let (few, all) = (part, together[0]);
     assert!((few.total.bias - all.total.bias).abs() < 0.008 && (few.model.rmse - all.model.rmse).abs() < 0.008);
@@ -202,9 +212,9 @@ fn what_cannot_be_taken_apart_is_refused_in_one_line() {
     let shot = scenes::box_on_a_floor();
     let context = Context::open(Backend::Egl).unwrap();
     let camera = shot.camera((16, 12));
-    let of = |settings: &Settings, pixels: &[usize], truth: &[f64]| {
-        let view = (&shot.mesh, &camera);
-        let error = decompose(context.gl(), view, (16, 12), settings, (pixels, truth)).unwrap_err().to_string();
+    let of = |settings: &Settings, pixels: &[usize], visibility: &[f64]| {
+        let view = seen(&shot, &camera, (16, 12));
+        let error = decompose(context.gl(), view, settings, TruthAt { pixels, visibility }).unwrap_err().to_string();
         assert_eq!(error.lines().count(), 1, "{error}");
         error
     };

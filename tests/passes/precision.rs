@@ -6,7 +6,7 @@ use crate::rig;
 use crate::rig::{float_settings, scenes};
 use glam::{DVec3, dvec3};
 use hbao::context::{Backend, Context};
-use hbao::measure::precision::{Bench, untold};
+use hbao::measure::precision::{Comparer, DepthPlanes, unresolved_gap};
 use hbao::reference;
 use hbao::scene::{Lens, Mesh, View};
 use hbao::settings::{DepthFormat, Radius};
@@ -18,7 +18,7 @@ fn surfaces_a_hundred_thousandth_apart_are_told_apart_at_any_depth_of_any_view()
     for orthographic in [false, true] {
         for ratio in [0.1, 1e-2, 1e-4, 1e-6, 1e-8f64] {
             for z in [1.3 * ratio, ratio.sqrt(), 0.7] {
-                let gap = untold(context.gl(), (ratio, 1.0), z, orthographic).unwrap();
+                let gap = unresolved_gap(context.gl(), DepthPlanes { near: ratio, far: 1.0 }, z, orthographic).unwrap();
                 assert!(gap < 1e-5, "{gap:e} at {z:e} of {ratio:e}, orthographic: {orthographic}");
             }
         }
@@ -29,7 +29,7 @@ fn surfaces_a_hundred_thousandth_apart_are_told_apart_at_any_depth_of_any_view()
 fn normals_are_as_true_from_afar_as_from_nearby() {
     let context = Context::open(Backend::Auto).unwrap();
     let shot = scenes::box_on_a_floor();
-    let mut bench = Bench::new(context.gl(), (64, 48), &float_settings(shot.radius)).unwrap();
+    let mut comparer = Comparer::new(context.gl(), (64, 48), &float_settings(shot.radius)).unwrap();
     // From 1e4 away float32 has steps of 1e-3, and texels are 0.06 wide: a degree.
     let narrow = Lens::FovY(1f64.to_radians());
     for (distance, lens) in
@@ -38,7 +38,7 @@ fn normals_are_as_true_from_afar_as_from_nearby() {
         let eye = distance * dvec3(-0.3, 0.6, 1.0).normalize();
         let view = View { eye: Some(eye), target: Some(DVec3::ZERO), lens: Some(lens), ..View::default() };
         let camera = view.camera(&shot.mesh, 64, 48).unwrap().0;
-        let (found, _) = bench.measure(&shot.mesh, &camera).unwrap();
+        let (found, _) = comparer.measure(&shot.mesh, &camera).unwrap();
         assert!(found.covered > 1000, "{found:?}");
         // RGBA16F itself rounds by 0.02 degrees.
         assert!(found.normals.max < 0.05, "{distance}: {found:?}");
