@@ -22,7 +22,7 @@
 //! closed. Angles are radians here, and degrees on the command line and in files.
 #![doc = include_str!("embedding.md")]
 #![doc = include_str!("passes.md")]
-// The rooms that the pipeline shares with the AO pass hold a few functions that only the pipeline calls.
+// The modules that the pipeline shares with the AO pass hold a few functions that only the pipeline calls.
 #![cfg_attr(not(feature = "render"), allow(dead_code))]
 
 mod ambient_occlusion;
@@ -59,7 +59,7 @@ pub use projection::Projection;
 pub use settings::Settings;
 pub use tile::rotation_tile;
 
-// The crates whose types stand in this one's interface, in the versions that fit.
+// These crates are re-exported because their types appear in the interface of this one. The versions match.
 #[cfg(feature = "render")]
 pub use glam;
 pub use glow;
