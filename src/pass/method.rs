@@ -181,9 +181,9 @@ pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
 /// 12, and each step of a loop that is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need
 /// no unrolling.
 fn each_step(directions: u32, steps: u32) -> String {
-    // The largest number of calls that are written out. More steps are taken by a loop around the calls, because
-    // shaders would otherwise grow without limit. Mesa's softpipe also unrolls up to 32 directions, and its stack
-    // overflows at 31 directions of 32 steps, so it gets shorter loops.
+    // The largest number of calls that are written out. If there are more steps, the calls are put into a loop, because
+    // shaders would otherwise grow without limit. Mesa's softpipe also unrolls the loop over directions, up to 32 of
+    // them, and its stack overflows at 31 directions of 32 steps. Such shaders get fewer calls.
     let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
     let call = |i: &str| format!("step({i}) ");
     let loops = steps.div_ceil(most);

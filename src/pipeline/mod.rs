@@ -129,7 +129,7 @@ impl Pipeline {
     }
 
     /// Renders the triangles as the camera sees them. The images can then be read. Returns the times of the passes if
-    /// [`Request::timings`] asks for them, and otherwise nothing.
+    /// [`Request::timings`] asks for them, and an empty list otherwise.
     ///
     /// # Errors
     /// [`Error::Usage`] if the depth format cannot hold the camera's range of depths. [`Error::Gl`] if the driver
