@@ -20,8 +20,8 @@ use programs::{InputKind, Programs};
 use std::sync::Arc;
 use targets::{AoTarget, COVERED, EDGE, mark, only_where, read};
 
-/// The place that is given for OpenGL errors that the application caused and did not ask for. Without it they would
-/// seem to come from this library.
+/// The place that is given for OpenGL errors that were recorded before a call. Without it, an error of the application
+/// would seem to come from this library.
 const PENDING: &str = "an error left by the application before ambient occlusion";
 
 /// Which results a run keeps besides ambient occlusion itself.

@@ -62,8 +62,8 @@ pub(crate) struct MethodPass {
 }
 
 impl MethodPass {
-    /// Compiles the method's shader, and uploads the rotation tile. `None` for the method without a shader, where A =
-    /// 1. Changes the rectangle texture binding of the active unit.
+    /// Compiles the method's shader, and uploads the rotation tile. Returns `None` for `none`, which has no shader.
+    /// Changes the rectangle texture binding of the active unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         settings: &Settings,

@@ -27,8 +27,8 @@ pub fn blur(
 }
 
 /// Finds the pixels at which the blur can move by more than 1e-3 when its comparisons are shifted by 1e-5 relative.
-/// There two taps are as near in depth as float32 can tell, or the sum of weights is about 1e-6, or a difference in
-/// depth is about sigma.
+/// There two taps are equally near in depth as far as float32 can tell, or the sum of weights is about 1e-6, or a
+/// difference in depth is about sigma.
 ///
 /// # Errors
 /// The same as for [`blur`].

@@ -4,10 +4,10 @@
 //! The converged method takes 64 directions and, in each, a sample at every texel from the first to R. It has no jitter
 //! and no early exit, and runs at full resolution.
 //!
-//! Each sample is rounded to a texel centre by itself. If a step of one texel were rounded once, there would be 8
-//! different directions only, whatever their number. But a sample that is rounded by itself may lie up to 22 degrees
-//! beside its direction if it is near P, and there the surface has another tangent. With infinitely small texels it
-//! would lie in its direction. Therefore each sample is measured from the tangent towards itself throughout, where the
+//! Each sample is rounded to a texel centre by itself. If the step of one texel were rounded once, the samples would
+//! lie in 8 directions only, however many directions there are. But a sample near P that is rounded by itself may lie
+//! up to 22 degrees beside its direction, and there the surface has another tangent. With infinitely small texels the
+//! sample would lie in its direction. Therefore each sample is measured from the tangent towards itself, where the
 //! passes compare it with the direction's tangent. Otherwise the texels of a tilted plane would raise the horizon and
 //! hide what is low and near, however fine the image is: in a valley of 90 degrees A would be too open by 0.013.
 //!

@@ -1,6 +1,6 @@
-//! The surface point of a pixel, and the samples around it that the horizon methods take, in float64. All twins share
-//! these. They are the twins of `surface.glsl`, `sampling.glsl`, `tangent.glsl`, `ray.glsl` and `fetch.glsl` in
-//! `glsl/shared/`.
+//! The surface point of a pixel, and the samples around it that the horizon methods take, in float64. The twins of the
+//! methods share these. They are the twins of `surface.glsl`, `sampling.glsl`, `tangent.glsl`, `ray.glsl` and
+//! `fetch.glsl` in `glsl/shared/`.
 //!
 //! Names follow the chapter, which uses the capitals R, P, D, T and W.
 #![allow(non_snake_case)]
@@ -92,8 +92,11 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
+    /// Prepares the inputs for the method of the settings.
+    ///
     /// # Errors
-    /// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
+    /// [`Error::Usage`] if the radius is in percent, if depth and normals have different sizes, or if the tile is not
+    /// 4x4.
     pub(super) fn new<F: Copy + Into<f64>>(inputs: &Inputs<'a, F>, settings: &'a Settings) -> Result<Scene<'a>, Error> {
         let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {

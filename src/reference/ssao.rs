@@ -43,9 +43,9 @@ fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     if z.is_infinite() {
         return 0.0;
     }
-    // The point is open where S.z > P.z + 2 P.z offset.z. P.z is subtracted on both sides, and both are divided by 2
-    // P.z l, how far the offset reaches. This reach is 2 % to 20 % of P.z, so a shift relative to the depth itself
-    // would be 5 to 45 times as large, more than float32 can be off by.
+    // The point is open where S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by the reach
+    // of the offset, 2 P.z l, which is 2 % to 20 % of P.z. So the shift is relative to the reach. A shift relative to
+    // the depth would be 5 to 45 times as large, far more than float32 can be off by.
     let reach = 2.0 * pixel.P.z * l;
     let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
     // 6.1, depth range check: the sample counts 0.5 where the surface is too far in front of P.
@@ -56,8 +56,8 @@ fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
 /// The length l_i and the rotated offset of sample i = `index` + 1.
 pub(super) fn kernel(scene: &Scene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
     let n = f64::from(scene.settings.ssao_samples);
-    // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i = 0.01 (1 + 2.4/n)^i,
-    // which continue to grow from one set of eight corners to the next. x changes its sign most slowly, z fastest.
+    // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i, which are 0.01 (1 +
+    // 2.4/n)^i. Sample i uses the corner `index` modulo 8; x changes its sign most slowly, z fastest.
     let side = |corner: u32| if corner.is_multiple_of(2) { -1.0 } else { 1.0 };
     let corner = DVec3::new(side(index / 4), side(index / 2), side(index));
     let l = 0.01 * (1.0 + 2.4 / n).powi(index as i32 + 1);

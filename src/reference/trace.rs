@@ -10,8 +10,8 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 use std::ops::RangeInclusive;
 
-/// By how much the float32 boxes are enlarged, as a share of the scene's size. Coordinates are at most 1, and float32
-/// arithmetic on them is correct to a few 1e-7. A box that is too large costs time, but no hit is lost.
+/// By how much the float32 boxes are enlarged, as a share of the scene's size. In this unit coordinates are at most 1,
+/// and float32 arithmetic on them is correct to a few 1e-7. A box that is too large costs time, but no hit is lost.
 const MARGIN: f64 = 2e-6;
 
 /// How far in front of the scene's box a ray starts when it is traced through the boxes, as a share of the scene's

@@ -18,7 +18,7 @@ impl From<Value> for toml::Value {
 impl Settings {
     /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of
     /// [`KNOBS`](super::KNOBS). Settings that the text does not name keep their values. A table `[render]` is skipped:
-    /// the metadata of an image store there what else the image was made with, such as its camera.
+    /// in the metadata of an image it holds what else the image was made with, such as the camera.
     ///
     /// # Errors
     /// A message, without the file's name. It names the line that is not TOML, the key that is unknown, or the key

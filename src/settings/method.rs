@@ -93,8 +93,8 @@ const fn hollow(outline: &'static [(i32, i32)]) -> Marker {
 macro_rules! methods {
     ($expand:ident) => {
         $expand! {
-            /// ShaderX7 6.2: the horizon is measured from the tangent, and each sample has its own attenuation (Eq.
-            /// 6.2.9).
+            /// ShaderX7 6.2, Eq. 6.2.9: horizons are measured from the tangent, and each sample has its own
+            /// attenuation.
             #[default]
             Hbao = "hbao" {
                 twin: [hbao],

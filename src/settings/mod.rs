@@ -31,13 +31,13 @@ pub enum Radius {
     Percent(f64),
 }
 
-/// The depth sigma s_z of the blur. Taps whose depth differs from the pixel's by much more than s_z hardly count, and a
+/// The depth sigma s_z of the blur. Taps whose depth differs from the pixel's by much more than s_z hardly count. A
 /// pixel whose depth samples span more than s_z is an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthSigma {
     /// A length in scene units.
     Units(f64),
-    /// A share of the depth of the pixel that is blurred.
+    /// A share of the depth at the pixel.
     OfDepth(f64),
 }
 
