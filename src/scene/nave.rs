@@ -9,16 +9,13 @@
 //!   8.9), and a window of the clerestory. A groin vault with ribs covers the bay (10.4 to 14.0). Pews stand on both
 //!   sides of a carpet. The west wall has a door and a window.
 //! - The aisles, one on each side, reach from z = 4.4 to 8. Their floors are 0.15 higher. They have groin vaults with
-//!   ribs
-//!   (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the last
-//!   bay, where an altar stands before a niche.
+//!   ribs (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the
+//!   last bay, where an altar stands before a niche.
 //! - The choir reaches from x = 7 to 14. Its floor is at 1.35, nine steps up, of which seven are round. It lies behind
-//!   the
-//!   chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a
+//!   the chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a
 //!   barrel vault up to 11.05.
 //! - The apse is a half circle about x = 14.25 with a radius of 3.2. It has five windows, a cornice, a conch (half a
-//!   dome)
-//!   up to 9.7, and the altar.
+//!   dome) up to 9.7, and the altar.
 //!
 //! There is no outside: walls have no backs, and windows are recesses with panes. Parts that meet overlap by `INTO`,
 //! so that there is no gap between them and no two faces coincide.

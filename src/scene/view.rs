@@ -64,9 +64,8 @@ impl View {
     /// The camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.
     ///
     /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up),
-    ///   and
-    ///   somewhat from the right and from above. In an orthographic view the height decides how much of it is in the
-    ///   picture.
+    ///   and somewhat from the right and from above. In an orthographic view the height decides how much of it is in
+    ///   the picture.
     /// - Without a target, the eye looks at the centre of the bounding box.
     /// - Without near or far, these enclose the scene, except that near is at least 1e-4 of the farthest z.
     ///
