@@ -73,9 +73,10 @@ impl Mesh {
     /// treated as convex. Points and lines are ignored. A material that no MTL file defines is white. Positions are
     /// kept in float64.
     ///
-    /// # Errors [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where
-    /// there is one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements
-    /// longer than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
+    /// # Errors
+    /// [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where there is
+    /// one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements longer
+    /// than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));

@@ -111,8 +111,9 @@ impl View {
 
     /// Refuses a view that is wrong whatever the scene is.
     ///
-    /// # Errors [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and
-    /// for a near plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
+    /// # Errors
+    /// [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and for a
+    /// near plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
     pub fn check(&self) -> Result<(), Error> {
         for (flag, point) in [("--eye", self.eye), ("--target", self.target), ("--up", self.up)] {
             if let Some(p) = point
