@@ -6,12 +6,7 @@ use crate::settings::method::methods;
 use crate::settings::{Method, Settings};
 
 macro_rules! twins {
-    ($($(#[$doc:meta])* $variant:ident = $name:literal {
-        twin: [$($twin:ident)?],
-        shader: [$($file:literal),*],
-        define: [$($define:literal)?],
-        facts: { $($fact:tt)* }
-    })+) => {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal { twin: [$($twin:ident)?], $($other:tt)* })+) => {
         /// The twin of a method; `None` where A = 1 everywhere.
         fn twin(method: Method) -> Option<Twin> {
             match method {
