@@ -1,6 +1,9 @@
-//! The `hbao` command: hands over to [`cli`], says what went wrong in one line, and sets the exit code.
+//! The `hbao` command: it hands over to [`cli`], prints an error as one line, and sets the exit code.
 
 mod cli;
+mod picture;
+mod report;
+mod terminal;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write as _;
@@ -9,8 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 fn main() -> ExitCode {
-    // At a limit of file sizes (`ulimit -f`) a write is then an error, which is told and cleaned up after, where the
-    // signal's default ends the process. Rust does the same for broken pipes.
+    // A write past the limit of file sizes (`ulimit -f`) then returns an error, which is reported and cleaned up after;
+    // the signal's default action would end the process at once. Rust treats broken pipes the same way.
     #[cfg(unix)]
     // SAFETY: no other thread runs yet, and to ignore a signal needs no handler.
     unsafe {
@@ -19,14 +22,14 @@ fn main() -> ExitCode {
     match cli::run(std::env::args_os()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            cli::say(&error.to_string());
+            terminal::say(&error.to_string());
             ExitCode::from(if error.is_usage() { 2 } else { 1 })
         }
     }
 }
 
-/// The system's memory; where there is no more of it, one line and exit code 1 as for all else that fails. By itself
-/// Rust would abort.
+/// The system's allocator. Where memory runs out, the program prints one line and exits with code 1, as for every other
+/// failure; Rust's own handler would abort.
 struct Memory;
 
 #[global_allocator]
@@ -36,17 +39,17 @@ static MEMORY: Memory = Memory;
 unsafe impl GlobalAlloc for Memory {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as above.
-        had(unsafe { System.alloc(layout) }, layout.size())
+        exit_where_null(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as above.
-        had(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        exit_where_null(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as above.
-        had(unsafe { System.realloc(old, layout, size) }, size)
+        exit_where_null(unsafe { System.realloc(old, layout, size) }, size)
     }
 
     unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
@@ -55,22 +58,23 @@ unsafe impl GlobalAlloc for Memory {
     }
 }
 
-fn had(memory: *mut u8, size: usize) -> *mut u8 {
+/// Passes on memory that the system gave; a null pointer ends the program.
+fn exit_where_null(memory: *mut u8, size: usize) -> *mut u8 {
     if memory.is_null() { out_of_memory(size) } else { memory }
 }
 
 #[cold]
 fn out_of_memory(size: usize) -> ! {
-    static SAID: AtomicBool = AtomicBool::new(false);
-    if !SAID.swap(true, Ordering::Relaxed) {
-        // Nothing here takes memory.
+    static REPORTED: AtomicBool = AtomicBool::new(false);
+    if !REPORTED.swap(true, Ordering::Relaxed) {
+        // Nothing in this branch allocates.
         let what = format_args!(
             "hbao: out of memory: {size} bytes more were not to be had; choose a smaller --size or model\n"
         );
         let _ = std::io::stderr().write_fmt(what);
         std::process::exit(1);
     }
-    // Another thread has said so.
+    // Another thread has printed the line and is ending the program.
     loop {
         std::thread::sleep(Duration::from_secs(1));
     }

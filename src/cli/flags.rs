@@ -9,7 +9,7 @@ use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{exr, png};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
-use hbao::settings::{KNOBS, Kind, Knob, Method, Radius, Settings};
+use hbao::settings::{KNOBS, Kind, Knob, Method, MethodBlur, Radius, Settings};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -143,17 +143,31 @@ pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
     rays.ok_or_else(|| Error::Usage(format!("--truth-rays: '{text}' is no even number from 2 to 65536")))
 }
 
+/// The defaults of the methods that have another one than all others: `hbao-talk linear`.
+fn own_defaults(knob: &'static Knob) -> impl Iterator<Item = String> {
+    let of = move |method: Method| knob.text(&Settings::for_method(method));
+    // The method itself is no default of a method.
+    let methods = Method::ALL.iter().filter(move |_| knob.name != "method");
+    methods
+        .filter(move |&&method| of(method) != knob.text(&Settings::default()))
+        .map(move |&method| format!("{} {}", method.name(), of(method)))
+}
+
 fn knob_argument(knob: &'static Knob) -> Arg {
     let takes = if knob.kind == Kind::Switch { "or =true, =false".into() } else { knob.kind.to_string() };
     let default = knob.text(&Settings::default());
+    // Of the methods that have another default or another blur.
+    let methods = |differs: &dyn Fn(Method) -> bool| {
+        let all = Method::ALL.iter().filter(|&&method| differs(method));
+        all.map(|method| method.name()).collect::<Vec<_>>().join(", ")
+    };
+    let own_blur = methods(&|method| method.facts().blur == MethodBlur::Crysis);
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
-        ("blur", default) => format!("{default}; ssao has its own of 4x4, unless 0"),
-        ("blur-depth-sigma", "") => "R/4; ssao a share of the depth".into(),
+        ("blur", default) => format!("{default}; {own_blur} has its own of 4x4, unless 0"),
+        ("blur-depth-sigma", "") => format!("R/4; {own_blur} a share of the depth"),
         ("msaa", default) => format!("{default} where the driver has them"),
-        ("attenuation", default) => format!("{default}; hbao-talk linear"),
-        ("snap", default) => format!("{default}; hbao-talk sample"),
-        (_, default) => default.into(),
+        (_, default) => own_defaults(knob).fold(default.into(), |text: String, own| text + "; " + &own),
     };
     let to_come = if knob.name == "method" { format!("\n(to come: {TO_COME})") } else { String::new() };
     let help = format!("{} [{takes}; default: {default}]{to_come}", knob.help);

@@ -1,6 +1,6 @@
 //! `hbao info`: what each backend gives on this machine.
 
-use super::print;
+use crate::terminal::print;
 use clap::Command;
 use glow::HasContext as _;
 use hbao::context::{Backend, Context};

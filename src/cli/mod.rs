@@ -7,19 +7,17 @@ mod flags;
 mod folder;
 mod info;
 mod paper;
-mod picture;
-mod plot;
 mod render;
+mod session;
 mod trade;
 mod truth;
 mod tune;
 
+use crate::terminal::print;
 use clap::Command;
 use clap::error::ErrorKind;
 use hbao::Error;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::ffi::OsString;
-use std::io::{self, Write as _};
 
 /// Carries out a command line; the first argument is the program's name.
 pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error> {
@@ -43,11 +41,6 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     }
 }
 
-/// One line on stderr, whatever a file or a flag has put into it. Where nobody reads stderr, nobody misses it.
-pub(crate) fn say(line: &str) {
-    let _ = writeln!(io::stderr(), "hbao: {}", line.replace(char::is_control, " "));
-}
-
 fn command() -> Command {
     Command::new("hbao")
         .version(env!("CARGO_PKG_VERSION"))
@@ -61,26 +54,6 @@ fn command() -> Command {
         .subcommand(bench::command())
         .subcommand(paper::command())
         .subcommand(info::command())
-}
-
-/// A progress bar on stderr, which shows nothing where that is no terminal.
-fn bar(length: u64, what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(length).with_message(what);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {eta} left") {
-        bar.set_style(style);
-    }
-    bar
-}
-
-/// Writes a result to stdout. A reader that has left, as `head` does, has had all it wanted.
-fn print(text: &str) -> Result<(), Error> {
-    let mut stdout = io::stdout();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Error::Output { path: "standard output".into(), what: e.to_string() })
-        }
-        _ => Ok(()),
-    }
 }
 
 /// clap's message without its usage text: what is wrong, and what may have been meant.

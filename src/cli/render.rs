@@ -2,10 +2,10 @@
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
-use super::picture::{FileFormat, Show, encode};
-use super::say;
+use super::session::open_context;
+use crate::picture::{FileFormat, Show, encode};
+use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
-use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::{Outputs, exr, metadata};
 use hbao::scene::Camera;
@@ -121,20 +121,8 @@ impl Wanted {
         if self.request().edges && decides_edges(flag, settings) {
             return None;
         }
-        if !settings.method.reads(flag) {
-            return Some(format!("with --method {}", settings.method.name()));
-        }
-        if settings.blur == 0 && matches!(flag, "blur-kernel" | "blur-depth-sigma" | "edges") {
-            return Some("with --blur 0".into());
-        }
-        if settings.method == Method::Ssao && flag == "blur" && settings.blur > 0 {
-            return Some("with --method ssao, whose own blur is 4x4 (0 turns it off)".into());
-        }
-        if settings.half_res && flag == "ssao-depth" {
-            return Some("with --half-res, whose texels are those of the half-size depth".into());
-        }
-        if settings.msaa == 1 && flag == "edges" {
-            return Some("with --msaa 1".into());
+        if let Some(idle) = settings.idle(flag) {
+            return Some(idle.to_string());
         }
         if self.whole() {
             return None;
@@ -178,9 +166,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
     let Opened { scene, settings, camera, notices } = flags.open()?;
 
-    let context = Context::open(flags.backend)?;
-    context.passed_over().into_iter().for_each(say);
-    say(&context.describe());
+    let context = open_context(flags.backend)?;
     let apply = flags::text(matches, "apply").map(|_| "apply");
     let idle = flags
         .knobs_given()
@@ -248,25 +234,18 @@ fn origin(
     let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);
     put("apply", apply.into());
     put("samples", i64::from(samples).into());
-    // SAFETY: the context is current on this thread, and these are core parameters.
-    let (renderer, version) = unsafe {
-        let gl = context.gl();
-        (gl.get_parameter_string(glow::RENDERER), gl.get_parameter_string(glow::VERSION))
-    };
-    put("renderer", renderer.into());
-    put("opengl", version.into());
+    put("renderer", context.renderer().into());
+    put("opengl", context.version().into());
 
     flags::with_origin(settings, render)
 }
 
 /// What `--timings` writes.
 fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
-    // SAFETY: the context is current on this thread, and this is a core parameter.
-    let renderer = unsafe { context.gl().get_parameter_string(glow::RENDERER) };
     let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
     let report = json!({
         "backend": context.backend().name(),
-        "renderer": renderer,
+        "renderer": context.renderer(),
         "size": [size.0, size.1],
         "msaa": { "asked": asked, "given": given },
         "passes": times.iter().map(pass).collect::<Vec<_>>(),

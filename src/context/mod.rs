@@ -16,8 +16,9 @@
 //! # Ok::<(), hbao::Error>(())
 //! ```
 
-// glutin has EGL on these targets (`egl_backend` in its build script), and libloading opens libraries on the second
-// kind. Elsewhere a stand-in of the same interface says that the backend is missing.
+// glutin has EGL on Windows and on Unix, except on Apple's systems and the web (`egl_backend` in its build script).
+// libloading opens libraries on Windows and on Unix. On every other target, a stand-in with the same interface reports
+// that the backend is missing.
 #[cfg(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm")))]
 mod egl;
 #[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]
@@ -183,10 +184,19 @@ impl Context {
     /// `egl: llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6`.
     #[must_use]
     pub fn describe(&self) -> String {
-        // SAFETY: the context is current on this thread.
-        let (renderer, version) =
-            unsafe { (self.gl.get_parameter_string(glow::RENDERER), self.gl.get_parameter_string(glow::VERSION)) };
-        format!("{}: {renderer}, OpenGL {version}", self.backend().name())
+        format!("{}: {}, OpenGL {}", self.backend().name(), self.renderer(), self.version())
+    }
+
+    /// The renderer, as the driver names it.
+    pub fn renderer(&self) -> String {
+        // SAFETY: the context is current on this thread, and this is a core parameter.
+        unsafe { self.gl.get_parameter_string(glow::RENDERER) }
+    }
+
+    /// The version of OpenGL, as the driver words it.
+    pub fn version(&self) -> String {
+        // SAFETY: the context is current on this thread, and this is a core parameter.
+        unsafe { self.gl.get_parameter_string(glow::VERSION) }
     }
 
     /// If [`Backend::Auto`] tried another backend before this one: why that backend failed, in one line. Otherwise

@@ -1,26 +1,27 @@
-//! Error taken apart into what causes it: the method itself, too few samples, the blur, and 8 bits.
+//! Error decomposed by its causes: the method itself, too few samples, the blur, and 8 bits.
 //!
-//! Five images stand in a chain, each one step nearer to what is shown: ray-traced truth; the converged method
+//! Five images form a chain, each one step nearer to what is shown: ray-traced truth; the converged method
 //! ([`reference::converged`]) on a float G-buffer; the method with its samples, before the blur, in float; after the
 //! blur, in float; and with the formats asked for. Each part is the difference of two neighbours, so that the parts of
-//! a pixel add up to its whole error, and so do their biases. Their squares do not: [`Decomposition::cross`] is what is
-//! missing.
+//! a pixel add up to its whole error, and so do their biases. Their squares do not add up: [`Decomposition::cross`] is
+//! the difference.
 
+use super::Shot;
+use super::gbuffers::GBuffers;
 use crate::ambient_occlusion::Extras;
 use crate::image::Image;
-use crate::scene::{Camera, Mesh};
 use crate::settings::{AoFormat, DepthFormat, NormalFormat, Settings};
-use crate::{AmbientOcclusion, Error, Inputs, Pipeline, Request, Timers, reference, rotation_tile};
+use crate::{AmbientOcclusion, Error, Inputs, Timers, reference, rotation_tile};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 use std::sync::Arc;
 
-/// Of what the choice of pixels is made, so that every run has the same.
+/// The seed of the random choice of pixels, so that every run chooses the same.
 const SEED: u128 = 0x6465_636f_6d70_2008;
 
-/// One part of the error, or all of it: in units of visibility.
+/// One part of the error, or the whole error, in units of visibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Part {
+pub struct ErrorPart {
     /// The root of the mean squared difference.
     pub rmse: f64,
     /// The mean difference: above 0 where this step makes the image more open.
@@ -29,10 +30,10 @@ pub struct Part {
     pub max: f64,
 }
 
-impl Part {
-    fn of(differences: &[f64]) -> Part {
+impl ErrorPart {
+    fn of(differences: &[f64]) -> ErrorPart {
         let mean = |f: &dyn Fn(f64) -> f64| differences.iter().map(|&d| f(d)).sum::<f64>() / differences.len() as f64;
-        Part {
+        ErrorPart {
             rmse: mean(&|d| d * d).sqrt(),
             bias: mean(&|d| d),
             max: differences.iter().fold(0.0, |max, d| max.max(d.abs())),
@@ -44,54 +45,54 @@ impl Part {
 /// total.rmse^2 is the sum of theirs and `cross`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decomposition {
-    /// The converged method against the truth, whose noise is in it.
-    pub model: Part,
-    /// The method's directions and steps, its jitter, early exit and half resolution, against the converged method. The
-    /// single precision of the passes is in it.
-    pub sampling: Part,
+    /// The converged method against the truth. It includes the truth's noise.
+    pub model: ErrorPart,
+    /// The method's directions and steps, its jitter, early exit and half resolution, against the converged method. It
+    /// includes the single precision of the passes.
+    pub sampling: ErrorPart,
     /// After the blur against before. From half resolution without a blur a pixel (x, y) shows the texel (x/2, y/2),
     /// and so it is compared before the blur.
-    pub filtering: Part,
+    pub filtering: ErrorPart,
     /// With the formats asked for against RGBA16F normals, R32F depth and R32F ambient occlusion.
-    pub quantisation: Part,
+    pub quantisation: ErrorPart,
     /// What is shown against the truth.
-    pub total: Part,
-    /// Twice the sum over all pairs of parts of the mean of their product: below 0 where parts make up for each other.
+    pub total: ErrorPart,
+    /// Twice the sum, over all pairs of parts, of the mean of their product: below 0 where parts cancel each other.
     pub cross: f64,
     /// How many pixels were compared.
     pub pixels: usize,
 }
 
 impl Decomposition {
-    /// Of a chain of images at the same pixels.
+    /// The parts of a chain of images at the same pixels.
     fn of([truth, converged, sampled, blurred, shown]: [&[f64]; 5]) -> Decomposition {
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         let parts = [less(converged, truth), less(sampled, converged), less(blurred, sampled), less(shown, blurred)];
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / truth.len() as f64;
         let pairs = (0..parts.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-        let [model, sampling, filtering, quantisation] = [0, 1, 2, 3].map(|i| Part::of(&parts[i]));
+        let [model, sampling, filtering, quantisation] = [0, 1, 2, 3].map(|i| ErrorPart::of(&parts[i]));
         Decomposition {
             model,
             sampling,
             filtering,
             quantisation,
-            total: Part::of(&less(shown, truth)),
+            total: ErrorPart::of(&less(shown, truth)),
             cross: pairs.map(|(i, j)| 2.0 * product(&parts[i], &parts[j])).sum(),
             pixels: truth.len(),
         }
     }
 }
 
-/// The pixels to take a view's error apart on: `count` of the covered ones at random, the same in every run, or all
-/// where there are no more. In their order in the image.
+/// The pixels that a view's error is decomposed on: `count` of the covered pixels at random, the same in every run, or
+/// all where there are no more. They are in the order of the image.
 ///
-/// The converged method takes 64 R samples a pixel, R in texels: on a whole image that is minutes.
+/// The converged method takes 64 R samples a pixel, with R in texels: a whole image would take minutes.
 pub fn subset(covered: &Image<bool>, count: usize) -> Vec<usize> {
     let all: Vec<usize> = (0..covered.texels.len()).filter(|&i| covered.texels[i]).collect();
     let mut random = Pcg64Mcg::new(SEED);
     let (mut left, mut wanted) = (all.len(), count.min(all.len()));
     let chosen = |_: &usize| {
-        // Each of those left is as likely as any other.
+        // Each of the pixels that are left is as likely as any other.
         let uniform = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         let take = uniform * (left as f64) < wanted as f64;
         left -= 1;
@@ -101,50 +102,59 @@ pub fn subset(covered: &Image<bool>, count: usize) -> Vec<usize> {
     all.into_iter().filter(chosen).collect()
 }
 
-/// Takes the error of `settings` on a view of `size` apart. `truth` is pixels, such as those of [`subset`], and their
-/// ray-traced visibility ([`reference::truth::Truth::trace`]).
+/// Some pixels of a view, such as those of [`subset`], and their ray-traced visibility
+/// ([`reference::truth::Truth::trace`]).
+#[derive(Clone, Copy, Debug)]
+pub struct TruthAt<'a> {
+    /// The pixels, as indices into the image.
+    pub pixels: &'a [usize],
+    /// The visibility of each.
+    pub visibility: &'a [f64],
+}
+
+/// Decomposes the error of `settings` on a view, at the pixels whose truth is given.
 ///
 /// # Errors
-/// A method without a converged form, no pixels, or pixels that are not the image's; a radius in percent; or what the
-/// driver refuses.
+/// A method without a converged form, no pixels, or pixels outside the image; a radius in percent; or what the driver
+/// refuses.
 pub fn decompose(
     gl: &Arc<glow::Context>,
-    view: (&Mesh, &Camera),
-    size: (u32, u32),
+    shot: Shot,
     settings: &Settings,
-    truth: (&[usize], &[f64]),
+    truth: TruthAt,
 ) -> Result<Decomposition, Error> {
-    let mut all = decompose_all(gl, view, size, std::slice::from_ref(settings), truth, || {})?;
+    let mut all = decompose_all(gl, shot, std::slice::from_ref(settings), truth, || {})?;
     Ok(all.remove(0))
 }
 
-/// [`decompose`], for each of `settings`: those that converge to the same share the work. `progress` is called after
-/// each.
+/// [`decompose`] for each of `settings`. Settings with the same converged method share its image. `progress` is called
+/// after each.
 ///
 /// # Errors
-/// As there.
+/// As [`decompose`].
 pub fn decompose_all(
     gl: &Arc<glow::Context>,
-    (mesh, camera): (&Mesh, &Camera),
-    size: (u32, u32),
+    shot: Shot,
     settings: &[Settings],
-    (pixels, truth): (&[usize], &[f64]),
+    truth: TruthAt,
     progress: impl Fn(),
 ) -> Result<Vec<Decomposition>, Error> {
+    let Shot { camera, size, .. } = shot;
+    let TruthAt { pixels, visibility: truth } = truth;
     let (width, height) = (size.0 as usize, size.1 as usize);
     if pixels.is_empty() || pixels.len() != truth.len() || pixels.iter().any(|&i| i >= width * height) {
         return Err(Error::Usage(format!(
-            "error is taken apart at pixels of the image, one truth for each: {} pixels of {width}x{height} and {} truths",
+            "error is decomposed at pixels of the image, with one truth for each: {} pixels of {width}x{height} and {} truths",
             pixels.len(),
             truth.len()
         )));
     }
-    // The visibility of each pixel in an image of full size or, from half resolution without a blur, half of it.
+    // The visibility of each pixel in an image of full size or, at half resolution without a blur, of half the size.
     let pick = |image: &Image<f32>| -> Vec<f64> {
         let scale = if (image.width, image.height) == (width, height) { 1 } else { 2 };
         pixels.iter().map(|i| f64::from(image.at(i % width / scale, i / width / scale))).collect()
     };
-    let mut gbuffers = GBuffers { gl, mesh, camera, size, known: Vec::new() };
+    let mut gbuffers = GBuffers::new(gl);
     let mut converged: Vec<(Settings, Vec<f64>)> = Vec::new();
     let mut all = Vec::new();
     for each in settings {
@@ -154,7 +164,7 @@ pub fn decompose_all(
             ao_format: AoFormat::R32f,
             ..each.clone()
         };
-        let gbuffer = gbuffers.of(&float)?;
+        let gbuffer = gbuffers.of(shot, &float)?;
         let limit = limit(each);
         let known = match converged.iter().position(|(known, _)| *known == limit) {
             Some(known) => known,
@@ -171,7 +181,7 @@ pub fn decompose_all(
         let shown = if *each == float {
             blurred.clone()
         } else {
-            pick(&occlusion(gl, size, each, &gbuffers.of(each)?.inputs(camera))?.1)
+            pick(&occlusion(gl, size, each, &gbuffers.inputs(shot, each)?)?.1)
         };
         all.push(Decomposition::of([truth, &converged[known].1, &sampled, &blurred, &shown]));
         progress();
@@ -179,7 +189,7 @@ pub fn decompose_all(
     Ok(all)
 }
 
-/// Before the blur and after.
+/// Ambient occlusion before the blur, and after it.
 fn occlusion(
     gl: &Arc<glow::Context>,
     size: (u32, u32),
@@ -192,40 +202,7 @@ fn occlusion(
     Ok((kept.raw.unwrap_or_else(|| after.clone()), after))
 }
 
-/// The view's G-buffers, one for all settings that differ in nothing that it reads.
-struct GBuffers<'a> {
-    gl: &'a Arc<glow::Context>,
-    mesh: &'a Mesh,
-    camera: &'a Camera,
-    size: (u32, u32),
-    known: Vec<(Settings, Pipeline)>,
-}
-
-impl GBuffers<'_> {
-    fn of(&mut self, settings: &Settings) -> Result<&Pipeline, Error> {
-        let read = Settings {
-            radius: settings.radius,
-            normals: settings.normals,
-            msaa: settings.msaa,
-            normal_format: settings.normal_format,
-            depth_format: settings.depth_format,
-            ..Settings::default()
-        };
-        let known = match self.known.iter().position(|(known, _)| *known == read) {
-            Some(known) => known,
-            None => {
-                let request = Request { gbuffer_only: true, ..Request::default() };
-                let mut pipeline = Pipeline::new(self.gl, self.size, settings, request)?;
-                pipeline.render(self.mesh, self.camera)?;
-                self.known.push((read, pipeline));
-                self.known.len() - 1
-            }
-        };
-        Ok(&self.known[known].1)
-    }
-}
-
-/// Settings with what the converged method and the G-buffer under it read, and all else alike.
+/// The settings with every knob at its default that neither the converged method nor its G-buffer reads.
 fn limit(settings: &Settings) -> Settings {
     Settings {
         method: settings.method,
@@ -248,11 +225,11 @@ mod tests {
     fn the_parts_of_a_chain_add_up() {
         let chain = [&[0.5, 0.25][..], &[0.75, 0.25], &[0.5, 0.5], &[0.75, 0.5], &[0.75, 1.0]];
         let parts = Decomposition::of(chain);
-        assert_eq!(parts.model, Part { rmse: (0.0625f64 / 2.0).sqrt(), bias: 0.125, max: 0.25 });
+        assert_eq!(parts.model, ErrorPart { rmse: (0.0625f64 / 2.0).sqrt(), bias: 0.125, max: 0.25 });
         assert_eq!((parts.sampling.bias, parts.filtering.bias, parts.quantisation.bias), (0.0, 0.125, 0.25));
-        assert_eq!(parts.total, Part { rmse: ((0.0625f64 + 0.5625) / 2.0).sqrt(), bias: 0.5, max: 0.75 });
-        // Differences (0.25, -0.25, 0.25, 0) and (0, 0.25, 0, 0.5): products -0.0625 + 0.0625 - 0.0625 and 0.125,
-        // halved.
+        assert_eq!(parts.total, ErrorPart { rmse: ((0.0625f64 + 0.5625) / 2.0).sqrt(), bias: 0.5, max: 0.75 });
+        // The differences are (0.25, -0.25, 0.25, 0) and (0, 0.25, 0, 0.5), by pixel: the sums of products are
+        // -0.0625 + 0.0625 - 0.0625 and 0.125, halved.
         assert!((parts.cross - 0.0625).abs() < 1e-15, "{}", parts.cross);
         assert_eq!(parts.pixels, 2);
     }

@@ -1,4 +1,4 @@
-//! How far ambient occlusion is from the truth: over the covered pixels alone, since background is 1 in both.
+//! How far ambient occlusion is from the truth. Only covered pixels are compared, since background is 1 in both images.
 
 use crate::Error;
 use crate::image::Image;
@@ -15,7 +15,7 @@ pub struct Errors {
     /// The largest absolute difference.
     pub max: f64,
     /// The mean over the same pixels of FLIP (Andersson et al. 2020) between both as 8-bit grey pictures, at 67 pixels
-    /// a degree: 0 where nobody sees a difference, at most 1. None where the crate was built without it.
+    /// a degree: 0 where nobody sees a difference, at most 1. None where the crate was built without FLIP.
     pub flip: Option<f64>,
     /// How many pixels were compared.
     pub pixels: usize,
@@ -31,14 +31,14 @@ impl Errors {
         errors.ok_or_else(Errors::of_nothing)
     }
 
-    /// What there is to say where the mask leaves no pixel.
+    /// The error for a mask that leaves no pixel.
     pub fn of_nothing() -> Error {
         Error::Usage("no pixel holds a surface: there is nothing to compare".into())
     }
 }
 
-/// Two images side by side, to be compared over several sets of pixels: what FLIP sees at a pixel depends on those
-/// about it, so its map is that of the whole images and made once.
+/// Two images, to be compared over several sets of pixels. FLIP at a pixel depends on the pixels around it, so that its
+/// map is made once, of the whole images.
 pub struct Comparison {
     size: (usize, usize),
     differences: Vec<f64>,
@@ -46,17 +46,18 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// `got` less `truth`.
+    /// Compares `got` with `truth`: the differences are `got` less `truth`.
     ///
     /// # Errors
     /// Images of different sizes.
     pub fn new(got: &Image<f32>, truth: &Image<f32>) -> Result<Comparison, Error> {
-        // Sizes first: FLIP does not take any two.
+        // The sizes are checked first, because FLIP panics on images of different sizes.
         let without = Comparison::without_flip(got, truth)?;
         Ok(Comparison { flip: flip(got, truth), ..without })
     }
 
-    /// The same without FLIP, which takes longest and means nothing where the truth is not known about each pixel too.
+    /// The same without FLIP, which takes the longest, and which means nothing where the truth around a pixel is not
+    /// known.
     ///
     /// # Errors
     /// Images of different sizes.
@@ -67,7 +68,7 @@ impl Comparison {
         Ok(Comparison { size, differences, flip: None })
     }
 
-    /// The errors where `mask` is true; none where it is nowhere.
+    /// The errors where `mask` is true; none where it is true nowhere.
     ///
     /// # Errors
     /// A mask of another size.

@@ -1,19 +1,19 @@
-//! What the papers of 2008 measured: here once, and nowhere else. Sizes are pixels, times milliseconds.
+//! What the papers of 2008 measured. These figures stand nowhere else. Sizes are in pixels, times in milliseconds.
 
 use super::median;
 use crate::settings::Method;
 
-/// What the columns of [`TABLE_6_2_1`] are of: first the frame without either, then with the blur over A = 1, then with
-/// so many directions of so many steps.
+/// The columns of [`TABLE_6_2_1`]: the frame without ambient occlusion and blur, the frame with the blur over A = 1,
+/// and frames with as many directions and steps as the name says.
 pub const COLUMNS: [&str; 5] = ["no AO/no blur", "no AO", "4/4", "8/8", "16/16"];
-/// The column with the samples of the talk's figure.
+/// The column that has as many samples as the talk's figure.
 pub const EIGHT: usize = 3;
 
 /// One card's row of [`TABLE_6_2_1`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRow {
-    /// `half`: ambient occlusion at half resolution and one sample a pixel; `msaa1` and `msaa4`: in full, so many
-    /// samples.
+    /// `half` has ambient occlusion at half resolution and one sample a pixel; `msaa1` and `msaa4` have it at full
+    /// resolution, with 1 and 4 samples a pixel.
     pub mode: &'static str,
     /// The graphics card, a GeForce.
     pub card: &'static str,
@@ -23,7 +23,7 @@ pub struct TableRow {
 
 /// The image's size in [`TABLE_6_2_1`].
 pub const TABLE_SIZE: (u32, u32) = (1600, 1200);
-/// The blur's width there.
+/// The blur's width in [`TABLE_6_2_1`].
 pub const TABLE_BLUR: u32 = 9;
 
 /// ShaderX7 6.2, Table 6.2.1: whole frames of the Sibenik Cathedral.
@@ -39,33 +39,33 @@ pub const TABLE_6_2_1: [TableRow; 9] = [
     TableRow { mode: "msaa4", card: ULTRA, fps: [138.0, 97.0, 36.0, 16.0, 5.7] },
 ];
 
-/// The fastest of the table's cards, and the one of the talk's figure.
+/// The fastest of the table's cards, which the talk's figure was measured on too.
 pub const ULTRA: &str = "8800 Ultra";
 
-/// The SIGGRAPH 2008 talk, Figure 1: ambient occlusion alone, megapixels per second with 8 directions of 8 steps, of 4
-/// rays in each direction where rays are marched; on [`ULTRA`]. The size is not told.
+/// The SIGGRAPH 2008 talk, Figure 1: megapixels per second of ambient occlusion alone, with 8 directions of 8 steps, and
+/// with 4 rays in each direction where rays are marched; on [`ULTRA`]. The talk does not give the image's size.
 pub const FIGURE_1: [(Method, f64); 2] = [(Method::HbaoTalk, 67.0), (Method::RayMarch, 15.0)];
 
 /// ShaderX7 6.1, Results: Crysis' ambient occlusion with its blur on a GeForce 8800 GTX.
 pub const CRYSIS_MS: f64 = 3.0;
-/// The image's size there.
+/// The image's size for [`CRYSIS_MS`].
 pub const CRYSIS_SIZE: (u32, u32) = (1280, 720);
-/// ShaderX7 6.1, Future improvements: how much faster the shader is with depth at a lower size, roughly.
+/// ShaderX7 6.1, Future improvements: roughly how much faster the shader is with depth at a lower size.
 pub const CRYSIS_SMALL_DEPTH: f64 = 2.0;
 
-/// What a cell of the table is asked for.
+/// Which cost is read from a cell of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
     /// The whole frame.
     Frame,
-    /// Ambient occlusion, without the blur: in the table what the frame takes more than that of 'no AO'.
+    /// Ambient occlusion without the blur. In the table it is the frame's time less that of the column 'no AO'.
     Ao,
-    /// The blur: in the table what 'no AO' takes more than 'no AO/no blur'.
+    /// The blur. In the table it is the time of the column 'no AO' less that of 'no AO/no blur'.
     Blur,
 }
 
 impl TableRow {
-    /// What one of [`COLUMNS`] takes, in milliseconds.
+    /// The cost of one of [`COLUMNS`] in milliseconds.
     pub fn ms(&self, cost: Cost, column: usize) -> f64 {
         let frame = |column: usize| 1e3 / self.fps[column];
         match cost {
@@ -76,13 +76,13 @@ impl TableRow {
     }
 }
 
-/// What [`FIGURE_1`] says of a method.
+/// The megapixels per second that [`FIGURE_1`] gives for a method.
 pub fn figure_1(method: Method) -> Option<f64> {
     FIGURE_1.iter().find(|(known, _)| *known == method).map(|&(_, mpixels_per_s)| mpixels_per_s)
 }
 
-/// Megapixels per second that the table implies for 8 directions of 8 steps at one sample a pixel on [`ULTRA`], which
-/// [`FIGURE_1`] has at 67.
+/// The megapixels per second that the table implies for 8 directions of 8 steps at one sample a pixel on [`ULTRA`].
+/// [`FIGURE_1`] gives 67 for them.
 pub fn table_mpixels_per_s() -> f64 {
     let pixels = f64::from(TABLE_SIZE.0) * f64::from(TABLE_SIZE.1);
     let ms =

@@ -1,25 +1,25 @@
-//! What one case of [`super::bench`] costs relative to another, beside what the papers' figures say of it.
+//! What one case of [`super::bench`] costs relative to another, beside the ratio that follows from the papers' figures.
 
-use super::bench::Row;
+use super::bench::Measurement;
 use super::median;
 use super::published::{COLUMNS, CRYSIS_SMALL_DEPTH, Cost, EIGHT, FIGURE_1, TABLE_6_2_1, ULTRA, table_mpixels_per_s};
 use crate::settings::Method;
 
-/// What one case takes, relative to another: here, and in the papers.
+/// The time of one case over that of another: here, and in the papers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ratio {
-    /// Of what to what.
+    /// What is divided by what.
     pub what: &'static str,
-    /// Of the medians measured.
+    /// The ratio of the measured medians.
     pub ours: f64,
-    /// By graphics card, or by who says so; empty where no paper does.
+    /// The papers' ratios, each with its graphics card or its source; empty where no paper gives one.
     pub papers: Vec<(&'static str, f64)>,
 }
 
-/// A cell of the table: what of it, its mode, and its column in [`COLUMNS`].
+/// A cell of the table: which cost, its mode, and its column in [`COLUMNS`].
 type Cell = (Cost, &'static str, usize);
 
-/// What Table 6.2.1 says without a word: each a cell over another one.
+/// The ratios that follow from Table 6.2.1: each is one cell over another.
 const OF_THE_TABLE: [(&str, Cell, Cell); 11] = [
     ("AO 4/4 over 8/8, half resolution", (Cost::Ao, "half", 2), (Cost::Ao, "half", EIGHT)),
     ("AO 4/4 over 8/8, 1x", (Cost::Ao, "msaa1", 2), (Cost::Ao, "msaa1", EIGHT)),
@@ -34,17 +34,17 @@ const OF_THE_TABLE: [(&str, Cell, Cell); 11] = [
     ("blur over AO, 8/8, 1x", (Cost::Blur, "msaa1", EIGHT), (Cost::Ao, "msaa1", EIGHT)),
 ];
 
-/// The ratios of those cases that `rows` hold.
-pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
+/// The ratios of the cases that were measured.
+pub fn ratios(measured: &[Measurement]) -> Vec<Ratio> {
     let ours = |cost: Cost, mode: &str, column: &str| {
-        // A driver may have given fewer samples than the row is of.
-        let is = |row: &&Row| row.case.mode == mode && row.case.column == column;
-        let row = rows.iter().find(is).filter(|row| row.samples == row.case.settings.msaa);
-        row.map_or(f64::NAN, |row| {
+        let is = |one: &&Measurement| one.case.mode == mode && one.case.column == column;
+        // A driver may have given fewer samples than the case asks for; then there is no such measurement.
+        let found = measured.iter().find(is).filter(|one| one.samples == one.case.settings.msaa);
+        found.map_or(f64::NAN, |one| {
             median(match cost {
-                Cost::Frame => &row.frame_ms,
-                Cost::Ao => &row.ao_ms,
-                Cost::Blur => &row.blur_ms,
+                Cost::Frame => &one.frame_ms,
+                Cost::Ao => &one.ao_ms,
+                Cost::Blur => &one.blur_ms,
             })
         })
     };

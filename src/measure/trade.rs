@@ -2,30 +2,32 @@
 #![doc = include_str!("accuracy.md")]
 
 use super::errors::{Comparison, Errors};
-use super::sum;
-use crate::ambient_occlusion::Inputs;
+use super::gbuffers::GBuffers;
+use super::interleaved::interleaved;
+use super::times::median;
+use super::{Shot, TruthImage};
 use crate::image::Image;
-use crate::scene::{Camera, Mesh};
 use crate::settings::{AoFormat, BlurKernel, DepthFormat, Method, NormalFormat, Settings};
 use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
 use std::sync::Arc;
 
 /// One point of the trade.
 #[derive(Clone, Debug)]
-pub struct Row {
-    /// What was measured, with the radius of all.
+pub struct TradeRow {
+    /// The settings that were measured. All rows of a sweep have the same radius.
     pub settings: Settings,
-    /// Ambient occlusion and its blur together, the median over the runs: by the driver's timer, else on the wall.
+    /// Milliseconds of ambient occlusion and its blur together, the median over the runs: by the driver's timer where
+    /// it has one, else on the wall.
     pub ms: f64,
-    /// Against the truth.
+    /// The errors against the truth.
     pub errors: Errors,
-    /// The same over the edge pixels alone, as [`edges`] tells them; none where there is no edge pixel.
+    /// The errors over the edge pixels alone, as [`edges`] finds them; none where there is no edge pixel.
     pub edge_errors: Option<Errors>,
     /// True where no row is better in both time and RMSE.
     pub pareto: bool,
 }
 
-/// A method's own settings with what a sweep takes from `base`.
+/// A method's own settings, with those of `base` that a sweep keeps.
 fn of_method(base: &Settings, method: Method) -> Settings {
     Settings {
         radius: base.radius,
@@ -36,14 +38,15 @@ fn of_method(base: &Settings, method: Method) -> Settings {
     }
 }
 
-/// Those of a sweep whose error is taken apart: the chapter's 4 x 4, 8 x 8 and 16 x 16, at full and half resolution.
+/// The settings of a sweep whose error is decomposed: the chapter's 4 x 4, 8 x 8 and 16 x 16 samples, at full and at
+/// half resolution.
 pub fn chapter(base: &Settings) -> Vec<Settings> {
     let of = |n: u32, half_res| Settings { directions: n, steps: n, half_res, ..of_method(base, Method::Hbao) };
     [false, true].into_iter().flat_map(|half_res| [4, 8, 16].map(|n| of(n, half_res))).collect()
 }
 
-/// The settings of a sweep: every method, the samples of Table 6.2.1 among others, half resolution, blurs and formats,
-/// with the radius of `base`, its strength, and its attenuation for all that read one. One depth sample a pixel: the
+/// The settings of a sweep: every method, the sample counts of Table 6.2.1 among others, half resolution, blurs and
+/// formats. All have the radius, the strength and the attenuation of `base`, and one depth sample a pixel, because the
 /// truth is that of the pixels' centres.
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
@@ -75,133 +78,64 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
     all
 }
 
-/// The depth samples a pixel by which edges are told: those of a usual multisample G-buffer, and all that llvmpipe has.
+/// The depth samples a pixel by which edges are found. A usual multisample G-buffer has 4, and llvmpipe has no more.
 const EDGE_SAMPLES: u32 = 4;
 
 /// The pixels that hold more than one surface: those whose 4 depth samples span more than the settings' depth sigma, or
-/// mix surface and background. Whatever [`Settings::msaa`] says, so that images of one sample a pixel can be judged
-/// there too; none where the driver has no multisample textures.
+/// mix surface and background. [`Settings::msaa`] does not matter, so that images of one sample a pixel can be judged at
+/// these pixels too. Where the driver has no multisample textures, no pixel is an edge.
 ///
 /// # Errors
 /// What the driver refuses.
-pub fn edges(
-    gl: &Arc<glow::Context>,
-    (mesh, camera): (&Mesh, &Camera),
-    size: (u32, u32),
-    settings: &Settings,
-) -> Result<Image<bool>, Error> {
+pub fn edges(gl: &Arc<glow::Context>, shot: Shot, settings: &Settings) -> Result<Image<bool>, Error> {
     let request = Request { gbuffer_only: true, edges: true, ..Request::default() };
-    let mut pipeline = Pipeline::new(gl, size, &Settings { msaa: EDGE_SAMPLES, ..settings.clone() }, request)?;
-    pipeline.render(mesh, camera)?;
-    let none = || Image::filled(size.0 as usize, size.1 as usize, false);
+    let mut pipeline = Pipeline::new(gl, shot.size, &Settings { msaa: EDGE_SAMPLES, ..settings.clone() }, request)?;
+    pipeline.render(shot.mesh, shot.camera)?;
+    let none = || Image::filled(shot.size.0 as usize, shot.size.1 as usize, false);
     Ok(pipeline.edges().cloned().unwrap_or_else(none))
 }
 
 /// Measures each of `settings` on a view, in `runs` interleaved rounds after one that compiles the shaders and is not
-/// counted. `truth` is compared with where `covered` is true, and on edge pixels apart: for all rows the same, by the
-/// depth sigma of the first of `settings`. `progress` is called after each rendering.
+/// counted. The images are compared with the truth over its covered pixels, and over the edge pixels among these. The
+/// edge pixels are the same for all rows, by the depth sigma of the first of `settings`. `progress` is called after each
+/// rendering.
 ///
 /// # Errors
-/// What the driver refuses, or images of another size.
+/// What the driver refuses, or a truth of another size than the shot's.
 pub fn measure(
     gl: &Arc<glow::Context>,
-    (mesh, camera): (&Mesh, &Camera),
-    (truth, covered): (&Image<f32>, &Image<bool>),
+    shot: Shot,
+    truth: &TruthImage,
     settings: &[Settings],
     runs: usize,
     progress: impl Fn(),
-) -> Result<Vec<Row>, Error> {
-    let size = (truth.width as u32, truth.height as u32);
-    let mut gbuffers = GBuffers::new(gl, (mesh, camera), size);
+) -> Result<Vec<TradeRow>, Error> {
+    let mut gbuffers = GBuffers::new(gl);
     let mut timers = Timers::new(gl, true)?;
     let mut passes = Vec::new();
     for each in settings {
-        passes.push((AmbientOcclusion::new(gl.clone(), size, each)?, gbuffers.inputs(each)?));
+        passes.push((AmbientOcclusion::new(gl.clone(), shot.size, each)?, gbuffers.inputs(shot, each)?));
     }
     let times = interleaved(&mut passes, &mut timers, runs, progress)?;
+    let covered = &truth.covered;
     let mut on_edges = covered.map(|_| false);
     if let Some(first) = settings.first() {
-        let edges = edges(gl, (mesh, camera), size, first)?;
+        let edges = edges(gl, shot, first)?;
         on_edges = Image::from_fn(covered.width, covered.height, |x, y| edges.at(x, y) && covered.at(x, y));
     }
     let mut rows = Vec::new();
     for ((each, (ao, _)), times) in settings.iter().zip(&passes).zip(&times) {
-        let comparison = Comparison::new(&ao.image()?, truth)?;
+        let comparison = Comparison::new(&ao.image()?, &truth.visibility)?;
         let errors = comparison.over(covered)?.ok_or_else(Errors::of_nothing)?;
         let edge_errors = comparison.over(&on_edges)?;
-        rows.push(Row { settings: each.clone(), ms: super::median(times), errors, edge_errors, pareto: false });
+        rows.push(TradeRow { settings: each.clone(), ms: median(times), errors, edge_errors, pareto: false });
     }
     let points: Vec<_> = rows.iter().map(|row| (row.ms, row.errors.rmse)).collect();
     rows.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
     Ok(rows)
 }
 
-/// Times passes in `runs` interleaved rounds after one that compiles the shaders and is not counted: milliseconds of
-/// each, run by run. `progress` is called after each rendering.
-pub(super) fn interleaved(
-    passes: &mut [(AmbientOcclusion, Inputs)],
-    timers: &mut Timers,
-    runs: usize,
-    progress: impl Fn(),
-) -> Result<Vec<Vec<f64>>, Error> {
-    let mut times = vec![Vec::new(); passes.len()];
-    for run in 0..=runs {
-        for ((ao, inputs), times) in passes.iter_mut().zip(&mut times) {
-            let ms = timed(ao, inputs, timers)?;
-            if run > 0 {
-                times.push(ms);
-            }
-            progress();
-        }
-    }
-    Ok(times)
-}
-
-/// One rendering, and the milliseconds of ambient occlusion and its blur.
-pub(super) fn timed(ao: &mut AmbientOcclusion, inputs: &Inputs, timers: &mut Timers) -> Result<f64, Error> {
-    ao.render_timed(inputs, timers)?;
-    Ok(sum(&timers.take(), |name| matches!(name, "half_depth" | "ao") || name.starts_with("blur")))
-}
-
-/// The G-buffers of one view: one for all settings of the same formats, rendered when it is first asked for.
-pub(super) struct GBuffers<'a> {
-    gl: Arc<glow::Context>,
-    view: (&'a Mesh, &'a Camera),
-    size: (u32, u32),
-    made: Vec<((NormalFormat, DepthFormat), Pipeline)>,
-}
-
-impl<'a> GBuffers<'a> {
-    pub(super) fn new(gl: &Arc<glow::Context>, view: (&'a Mesh, &'a Camera), size: (u32, u32)) -> GBuffers<'a> {
-        GBuffers { gl: gl.clone(), view, size, made: Vec::new() }
-    }
-
-    /// The pipeline that holds the G-buffer of these settings, which differ from those asked with before in formats and
-    /// in what comes after the G-buffer alone.
-    pub(super) fn of(&mut self, settings: &Settings) -> Result<&Pipeline, Error> {
-        let formats = (settings.normal_format, settings.depth_format);
-        let found = self.made.iter().position(|(known, _)| *known == formats);
-        let i = match found {
-            Some(i) => i,
-            None => {
-                let request = Request { gbuffer_only: true, ..Request::default() };
-                let mut pipeline = Pipeline::new(&self.gl, self.size, settings, request)?;
-                pipeline.render(self.view.0, self.view.1)?;
-                self.made.push((formats, pipeline));
-                self.made.len() - 1
-            }
-        };
-        Ok(&self.made[i].1)
-    }
-
-    /// What ambient occlusion with these settings is computed from.
-    pub(super) fn inputs(&mut self, settings: &Settings) -> Result<Inputs, Error> {
-        let camera = self.view.1;
-        Ok(self.of(settings)?.inputs(camera))
-    }
-}
-
-/// Which of (time, error) nobody beats in both.
+/// For each point (time, error), whether no other point is better in both.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
     let beaten = |&(ms, error): &(f64, f64)| points.iter().any(|&(m, e)| m < ms && e < error);
     points.iter().map(|point| !beaten(point)).collect()
@@ -214,7 +148,7 @@ mod tests {
     #[test]
     fn the_front_is_what_nobody_beats_in_both() {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (5.0, 1.0), (0.5, 9.0)];
-        // Of two with one error the slower is not beaten in both.
+        // Of two points with the same error, the slower one is not beaten in both.
         assert_eq!(pareto(&points), [true, true, false, true, true, true]);
     }
 

@@ -15,10 +15,10 @@ use std::sync::Arc;
 
 macro_rules! shaders {
     ($($(#[$doc:meta])* $variant:ident = $name:literal {
-        twin: [$($twin:ident)?],
+        twin: $twin:tt,
         shader: [$($file:literal),*],
         define: [$($define:literal)?],
-        facts: { $($fact:tt)* }
+        $($other:tt)*
     })+) => {
         /// The files of a method's fragment shader, and the words that are defined when it is compiled for this method.
         fn shader(method: Method) -> (&'static [Source], &'static [&'static str]) {

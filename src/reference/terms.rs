@@ -2,21 +2,15 @@
 
 use super::sampling::{Pixel, Shift};
 use super::twin::{Converged, Occlusion, Twin};
-use super::{hbao, hbao_talk, microsphere, ray_march, ssao};
 use crate::settings::method::methods;
 use crate::settings::{Method, Settings};
 
 macro_rules! twins {
-    ($($(#[$doc:meta])* $variant:ident = $name:literal {
-        twin: [$($twin:ident)?],
-        shader: [$($file:literal),*],
-        define: [$($define:literal)?],
-        facts: { $($fact:tt)* }
-    })+) => {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal { twin: [$($twin:ident)?], $($other:tt)* })+) => {
         /// The twin of a method; `None` if A = 1 everywhere.
         fn twin(method: Method) -> Option<Twin> {
             match method {
-                $(Method::$variant => [$($twin::TWIN)?].into_iter().next()),+
+                $(Method::$variant => [$(super::$twin::TWIN)?].into_iter().next()),+
             }
         }
     };

@@ -16,9 +16,9 @@ impl From<Value> for toml::Value {
 }
 
 impl Settings {
-    /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of
-    /// [`KNOBS`](super::KNOBS). Settings that the text does not name keep their values. A table `[render]` is skipped:
-    /// in the metadata of an image it holds what else the image was made with, such as the camera.
+    /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of [`KNOBS`].
+    /// Settings that the text does not name keep their values. A table `[render]` is skipped: in the metadata of an
+    /// image it holds what else the image was made with, such as the camera.
     ///
     /// # Errors
     /// A message, without the file's name. It names the line that is not TOML, the key that is unknown, or the key
@@ -54,8 +54,8 @@ impl Settings {
         Ok(())
     }
 
-    /// The text of a settings file that holds every setting, one line each, in the order of [`KNOBS`](super::KNOBS). A
-    /// setting that has no value of its own, because it follows from other settings, is left out.
+    /// The text of a settings file that holds every setting, one line each, in the order of [`KNOBS`]. A setting that
+    /// has no value of its own, because it follows from other settings, is left out.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let set = KNOBS.iter().filter(|knob| !knob.is_unset(self));

@@ -1,26 +1,29 @@
 //! Which settings a search goes through, and what is known of them before they are rendered.
 
-use super::super::trade;
+use super::requirements::edge_kind;
+use crate::measure::trade;
 use crate::settings::{
     AoFormat, DepthFormat, Edges, Jitter, KNOBS, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
 };
 
-/// Directions and steps of the sweep, beside those of `trade`; what lies between is found from there.
+/// Directions and steps of the sweep, beside those of `trade`. The variations of the leaders find what lies between.
 const DIRECTIONS: [u32; 4] = [2, 4, 8, 16];
 const STEPS: [u32; 5] = [2, 4, 8, 16, 32];
-/// Directions, rays and steps of the sweep of a pinned `ray-march`.
-const RAY_MARCH: ([u32; 4], [u32; 4], [u32; 3]) = ([2, 4, 8, 16], [1, 2, 4, 8], [4, 8, 16]);
+/// Directions, rays and steps of the sweep where the method is pinned and reads rays.
+const WITH_RAYS: ([u32; 4], [u32; 4], [u32; 3]) = ([2, 4, 8, 16], [1, 2, 4, 8], [4, 8, 16]);
 
-/// Counts next to each other: what differs by less hardly differs.
+/// The counts that are tried. Counts that are nearer to each other than these hardly differ in their results.
 const COUNTS: [u32; 20] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 64, 96, 128, 256];
-/// Blurs; 0 is off.
+/// The widths of the blur that are tried; 0 is off.
 const BLURS: [u32; 6] = [0, 5, 9, 13, 21, 31];
 
-/// The settings that may be searched: those of `base` in all that was pinned, and in all that is the user's picture.
+/// The settings that may be searched. They are as in `base` in every pinned knob, and in the knobs that decide what the
+/// user's picture looks like.
 pub(super) struct Space {
     pub(super) base: Settings,
+    /// The knobs that the search leaves as they are in `base`.
     pub(super) pinned: Vec<&'static Knob>,
-    /// Whether any pixel is an edge to the blur of a method, and to that of `ssao`, which has a depth sigma of its own.
+    /// Whether any pixel is an edge, for each kind of [`edge_kind`].
     pub(super) edges: [bool; 2],
 }
 
@@ -29,9 +32,9 @@ impl Space {
         self.pinned.iter().any(|pinned| pinned.name == knob)
     }
 
-    /// `settings` as they may be searched: with what is pinned, with the user's picture, and without a supersampled
-    /// blur where no pixel asks for one. None for another method than a pinned one, and for what would stay at half
-    /// size.
+    /// `settings` as they may be searched: with the pinned knobs, with those that decide the user's picture, and without a
+    /// supersampled blur where no pixel needs one. None for another method than a pinned one, and for an image that would
+    /// stay at half size.
     pub(super) fn admit(&self, settings: &Settings) -> Option<Settings> {
         let base = &self.base;
         if self.pins("method") && settings.method != base.method {
@@ -45,7 +48,7 @@ impl Space {
             msaa: base.msaa,
             ..settings.clone()
         };
-        if !self.edges[usize::from(settings.method == Method::Ssao)] {
+        if !self.edges[edge_kind(settings.method)] {
             admitted.edges = Edges::Off;
         }
         for knob in &self.pinned {
@@ -55,25 +58,21 @@ impl Space {
         whole.then_some(admitted)
     }
 
-    /// What the search begins with: the sweep of `trade`, and a finer one of the pinned method, else of `hbao` and
-    /// `ssao`.
+    /// The settings that the search begins with: the sweep of `trade`, a finer sweep of the pinned method, or of `hbao`
+    /// where none is pinned, and a finer sweep of `ssao`.
     pub(super) fn sweep(&self) -> Vec<Settings> {
         let method = if self.pins("method") { self.base.method } else { Method::Hbao };
         let of = Settings::for_method(method);
         let mut all = trade::sweep(&self.base);
-        match method {
-            Method::None | Method::Ssao => {}
-            Method::RayMarch => {
-                for (directions, rays) in RAY_MARCH.0.into_iter().flat_map(|d| RAY_MARCH.1.map(|r| (d, r))) {
-                    let with = |steps| Settings { directions, rays, steps, blur: 0, ..of.clone() };
-                    all.extend(RAY_MARCH.2.map(with));
-                }
+        if method.reads("rays") {
+            for (directions, rays) in WITH_RAYS.0.into_iter().flat_map(|d| WITH_RAYS.1.map(|r| (d, r))) {
+                let with = |steps| Settings { directions, rays, steps, blur: 0, ..of.clone() };
+                all.extend(WITH_RAYS.2.map(with));
             }
-            Method::Hbao | Method::HbaoTalk | Method::Microsphere | Method::Crease => {
-                for (directions, steps) in DIRECTIONS.into_iter().flat_map(|d| STEPS.map(|s| (d, s))) {
-                    for (blur, half_res) in [(0, false), (9, false), (9, true)] {
-                        all.push(Settings { directions, steps, blur, half_res, ..of.clone() });
-                    }
+        } else if method.reads("directions") {
+            for (directions, steps) in DIRECTIONS.into_iter().flat_map(|d| STEPS.map(|s| (d, s))) {
+                for (blur, half_res) in [(0, false), (9, false), (9, true)] {
+                    all.push(Settings { directions, steps, blur, half_res, ..of.clone() });
                 }
             }
         }
@@ -88,27 +87,28 @@ impl Space {
         all
     }
 
-    /// Settings that differ from these in one knob, or in directions against steps. `wide`: in wider formats too.
+    /// Settings that differ from these in one knob, or that trade directions for steps. Where `wide` is true, they also
+    /// differ in wider formats.
     pub(super) fn around(&self, settings: &Settings, wide: bool) -> Vec<Settings> {
         let s = settings;
         let mut all = Vec::new();
         let [directions, steps, rays] = [(s.directions, 64), (s.steps, 256), (s.rays, 64)].map(next_to);
         all.extend(directions.iter().map(|&directions| Settings { directions, ..s.clone() }));
         all.extend(steps.iter().map(|&steps| Settings { steps, ..s.clone() }));
-        if s.method == Method::RayMarch {
+        if s.method.reads("rays") {
             all.extend(rays.iter().map(|&rays| Settings { rays, ..s.clone() }));
         }
         for (&directions, &steps) in directions.iter().zip(steps.iter().rev()) {
             all.push(Settings { directions, steps, ..s.clone() });
         }
         all.extend(BLURS.map(|blur| Settings { blur, ..s.clone() }));
-        // Half size needs a blur that brings it back.
+        // An image of half size needs a blur, which brings it to full size.
         all.push(Settings { half_res: !s.half_res, blur: s.blur.max(5), ..s.clone() });
         let other = |toggle| if toggle == Toggle::On { Toggle::Off } else { Toggle::On };
         all.push(Settings { edges: if s.edges == Edges::Off { Edges::Supersample } else { Edges::Off }, ..s.clone() });
         all.push(Settings { jitter: if s.jitter == Jitter::None { Jitter::Tile } else { Jitter::None }, ..s.clone() });
         all.push(Settings { depth_format: DepthFormat::R16f, ..s.clone() });
-        if s.method == Method::Ssao {
+        if s.method.reads("ssao-samples") {
             all.extend([8, 16, 24].map(|ssao_samples| Settings { ssao_samples, ..s.clone() }));
             all.push(Settings { ssao_normals: other(s.ssao_normals), ..s.clone() });
             all.push(Settings { ssao_curve: other(s.ssao_curve), ..s.clone() });
@@ -121,39 +121,36 @@ impl Space {
         all
     }
 
-    /// True for formats wider than the usual that nobody asked for.
+    /// Whether the settings have formats wider than the usual ones, which the user did not ask for.
     pub(super) fn is_wide(&self, settings: &Settings) -> bool {
         settings.ao_format != AoFormat::R8 && !self.pins("ao-format")
             || settings.normal_format != NormalFormat::Rgba8Snorm && !self.pins("normal-format")
     }
 }
 
-/// The counts next to this one, the lower first.
+/// The counts next to this one: the lower one first, then the higher one where it is not above `most`.
 fn next_to((count, most): (u32, u32)) -> Vec<u32> {
     let lower = COUNTS.into_iter().rfind(|&other| other < count);
     let higher = COUNTS.into_iter().find(|&other| other > count && other <= most);
     lower.into_iter().chain(higher).collect()
 }
 
-/// What tells settings apart: the knobs that their image follows from. Equal for settings that render alike.
+/// What identifies settings: the values of the knobs that their image follows from. It is the same for settings that
+/// render the same image.
 pub(super) fn key(settings: &Settings) -> String {
     let s = settings;
-    let matters = |knob: &str| match knob {
-        "blur" if s.method == Method::Ssao => false,
-        "blur-kernel" | "blur-depth-sigma" if s.blur == 0 => false,
-        "edges" if s.blur == 0 || s.msaa == 1 => false,
-        "ssao-depth" if s.half_res => false,
-        "ao-format" | "normal-format" | "depth-format" if s.method == Method::None => false,
-        knob => s.method.reads(knob),
-    };
-    let told = KNOBS.iter().filter(|knob| matters(knob.name)).map(|knob| knob.text(s));
-    told.chain([s.method.name().into(), (s.blur > 0).to_string()]).collect::<Vec<_>>().join(" ")
+    // Where no method draws, A = 1 whatever the formats are.
+    let without_pass = s.method.facts().samples.is_empty();
+    let matters = |knob: &str| s.idle(knob).is_none() && !(without_pass && knob.ends_with("-format"));
+    let values = KNOBS.iter().filter(|knob| matters(knob.name)).map(|knob| knob.text(s));
+    values.chain([s.method.name().into(), (s.blur > 0).to_string()]).collect::<Vec<_>>().join(" ")
 }
 
-/// True where `a` certainly takes no more work than `b`: the same in all but counts and blur, and no count higher.
-/// `exits`: `b` may leave pixels out whose step is below a texel; with fewer steps the step is longer, and `a` may not.
+/// Whether `a` certainly takes no more work than `b`: they are the same in everything but counts and blur, and `a` has no
+/// higher count. `exits` is whether `b` may exit early at pixels whose step is below a texel. With fewer steps the step is
+/// longer, so that `a` may have to compute those pixels.
 pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
-    if a.method == Method::None {
+    if a.method.facts().samples.is_empty() {
         return true;
     }
     let less_blur = a.blur == 0
@@ -176,21 +173,13 @@ pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
         && of_b(a) == *b
 }
 
-/// About how much work settings are, in depth samples a pixel: the order in which they are tried, and nothing more.
+/// Roughly how much work settings take, in depth samples a pixel. It decides only the order in which they are tried.
 pub(super) fn work(settings: &Settings) -> f64 {
     let s = settings;
-    let samples = match s.method {
-        Method::None => return 0.0,
-        Method::Ssao => s.ssao_samples,
-        Method::RayMarch => s.directions * s.rays * s.steps,
-        _ => s.directions * s.steps,
-    };
-    f64::from(samples) / f64::from(s.ao_scale().pow(2)) + f64::from(s.blur)
-}
-
-/// Whether the method leaves out pixels whose step is below a texel.
-pub(super) fn exits_early(method: Method) -> bool {
-    matches!(method, Method::Hbao | Method::HbaoTalk | Method::Microsphere | Method::Crease)
+    match s.method.samples(s) {
+        0 => 0.0,
+        samples => f64::from(samples) / f64::from(s.ao_scale().pow(2)) + f64::from(s.blur),
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,51 @@
+//! What several verbs do alike: open a context, and trace the truth.
+
+use crate::terminal::{bar, say};
+use hbao::Error;
+use hbao::context::{Backend, Context};
+use hbao::measure::Shot;
+use hbao::reference::truth::{Traced, Truth};
+use hbao::settings::Settings;
+use std::time::Instant;
+
+/// The most pixels that are traced, as many as 8192x8192. A pixel takes some 60 bytes while it is traced.
+const MOST_PIXELS: u64 = 1 << 26;
+
+/// Opens a context, and says which backend gave it.
+pub(crate) fn open_context(backend: Backend) -> Result<Context, Error> {
+    let context = Context::open(backend)?;
+    context.passed_over().into_iter().for_each(say);
+    say(&context.describe());
+    Ok(context)
+}
+
+/// Traces every pixel with a progress bar, and says how long that took and how noisy the result is.
+pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced, Error> {
+    let Shot { mesh, camera, size: (width, height) } = shot;
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(Error::Usage(format!("--size {width}x{height}: at most {MOST_PIXELS} pixels can be traced")));
+    }
+    let truth = Truth::new(mesh, camera, (width as usize, height as usize), settings, rays)?;
+    let pixels: Vec<usize> = (0..width as usize * height as usize).collect();
+    let start = Instant::now();
+    let progress = bar(pixels.len() as u64, "pixels traced");
+    let traced = truth.trace(&pixels, |done| progress.inc(done as u64));
+    progress.finish_and_clear();
+    let covered = traced.covered.iter().filter(|&&covered| covered).count();
+    say(&format!(
+        "truth: {covered} covered pixels, {rays} rays each, {:.2} million rays a second, noise {:.5} RMS",
+        covered as f64 * f64::from(rays) / start.elapsed().as_secs_f64() / 1e6,
+        traced.noise_rmse
+    ));
+    Ok(traced)
+}
+
+/// The notice that a knob changes nothing on what only reads the radius and the attenuation. A method has an attenuation of
+/// its own, which counts unless another is given.
+pub(crate) fn without_effect(knob: &str, settings: &Settings, on: &str) -> String {
+    let attenuation = settings.attenuation.name();
+    if knob == "method" && settings.attenuation == Settings::for_method(settings.method).attenuation {
+        return format!("--method has no effect on {on} but for its attenuation, {attenuation}");
+    }
+    format!("--{knob} has no effect on {on}")
+}

@@ -1,0 +1,196 @@
+//! The cases that are measured: those of the papers of 2008, and the scaling series.
+
+use crate::measure::counts::{blur_width, directions_rays_steps};
+use crate::measure::published::{COLUMNS, CRYSIS_SIZE, EIGHT, TABLE_BLUR};
+use crate::settings::{Method, Settings, SsaoDepth, SsaoRotation};
+
+/// The knobs that the cases set themselves, whatever the user's settings say. All other knobs are the user's.
+pub const FIXED: [&str; 12] = [
+    "method",
+    "directions",
+    "steps",
+    "rays",
+    "attenuation",
+    "snap",
+    "blur",
+    "msaa",
+    "half-res",
+    "ssao-samples",
+    "ssao-rotation",
+    "ssao-depth",
+];
+
+/// The most triangles that a mesh may have after its triangles were cut into smaller ones.
+const MOST_TRIANGLES: usize = 1_500_000;
+
+/// The mode of [`scaling`]'s cases.
+const SCALING: &str = "scaling";
+
+/// One case: what is rendered, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Which measurement it belongs to: `half`, `msaa1` and `msaa4` are the rows of Table 6.2.1; the others are
+    /// `figure1`, `crysis` and `scaling`.
+    pub mode: &'static str,
+    /// What distinguishes it from the other cases of its mode: its column of the table, its series of the scaling.
+    pub column: &'static str,
+    /// The settings, with a radius in scene units.
+    pub settings: Settings,
+    /// True where the method's own pass is left out, so that the blur goes over A = 1.
+    pub without_ao: bool,
+    /// Width and height of the image in pixels.
+    pub size: (u32, u32),
+    /// How many times each triangle is cut in four.
+    pub subdivisions: u32,
+}
+
+impl Case {
+    fn new(mode: &'static str, column: &'static str, settings: Settings, size: (u32, u32)) -> Case {
+        Case { mode, column, settings, without_ao: false, size, subdivisions: 0 }
+    }
+
+    /// The method that is drawn with: `none` where A = 1.
+    pub fn method(&self) -> Method {
+        if self.without_ao { Method::None } else { self.settings.method }
+    }
+
+    /// The directions about a pixel, the rays in each direction, and the steps on each ray, as
+    /// [`directions_rays_steps`] counts them.
+    pub fn samples(&self) -> [u32; 3] {
+        directions_rays_steps(self.method(), &self.settings)
+    }
+
+    /// How many times a pixel of ambient occlusion fetches depth, if it does not exit early; 0 without an AO pass.
+    pub fn fetches(&self) -> u32 {
+        self.method().samples(&self.settings)
+    }
+
+    /// The blur's width in texels; 0 where there is no blur.
+    pub fn blur(&self) -> u32 {
+        blur_width(&self.settings)
+    }
+
+    pub(super) fn pixels(&self) -> f64 {
+        f64::from(self.size.0) * f64::from(self.size.1)
+    }
+
+    /// The texels of ambient occlusion before the blur.
+    pub(super) fn texels(&self) -> f64 {
+        let side = |side: u32| f64::from(side.div_ceil(self.settings.ao_scale()));
+        side(self.size.0) * side(self.size.1)
+    }
+}
+
+/// The method's own settings with one sample a pixel. Every knob that is not [`FIXED`] is as in `base`.
+fn of(base: &Settings, method: Method) -> Settings {
+    let Settings { directions, steps, rays, attenuation, snap, ssao_samples, ssao_rotation, ssao_depth, .. } =
+        Settings::for_method(method);
+    let own = Settings { method, directions, steps, rays, attenuation, snap, msaa: 1, half_res: false, ..base.clone() };
+    Settings { ssao_samples, ssao_rotation, ssao_depth, blur: TABLE_BLUR, ..own }
+}
+
+/// Table 6.2.1: whole frames of `hbao`, with its AO pass and without, at half resolution and with 1 and 4 depth samples
+/// a pixel.
+pub fn table(base: &Settings, size: (u32, u32)) -> Vec<Case> {
+    let hbao = of(base, Method::Hbao);
+    let mut cases = Vec::new();
+    for (mode, half_res, msaa) in [("half", true, 1), ("msaa1", false, 1), ("msaa4", false, 4)] {
+        let row = Settings { half_res, msaa, ..hbao.clone() };
+        let case = |column: usize, settings| Case::new(mode, COLUMNS[column], settings, size);
+        cases.push(case(0, Settings { method: Method::None, blur: 0, ..row.clone() }));
+        cases.push(Case { without_ao: true, ..case(1, row.clone()) });
+        for (column, samples) in [(2, 4), (EIGHT, 8), (4, 16)] {
+            cases.push(case(column, Settings { directions: samples, steps: samples, ..row.clone() }));
+        }
+    }
+    cases
+}
+
+/// Figure 1 of the talk, ambient occlusion without a blur: the talk's method and ray marching, with all other methods
+/// beside them.
+pub fn figure1(base: &Settings, size: (u32, u32)) -> Vec<Case> {
+    use Method::{Crease, Hbao, HbaoTalk, Microsphere, RayMarch, Ssao};
+    let all = [HbaoTalk, RayMarch, Hbao, Microsphere, Crease, Ssao];
+    let alone = |method| Settings { blur: 0, ..of(base, method) };
+    all.map(|method| Case::new("figure1", method.name(), alone(method), size)).into()
+}
+
+/// ShaderX7 6.1: Crysis' 16 samples with their blur, and the two ways in which the paper makes them faster.
+pub fn crysis(base: &Settings) -> Vec<Case> {
+    let ssao = of(base, Method::Ssao);
+    let case = |column, settings| Case::new("crysis", column, settings, CRYSIS_SIZE);
+    vec![
+        case("full depth", ssao.clone()),
+        case("half-size depth", Settings { ssao_depth: SsaoDepth::Half, ..ssao.clone() }),
+        case("mirror", Settings { ssao_rotation: SsaoRotation::Mirror, ..ssao }),
+    ]
+}
+
+/// Three series of `hbao`, which their column names. In `pixels` the image has a sixteenth to four times the pixels of
+/// `size`. In `samples` a pixel takes 16 to 1024 samples. In `triangles` the same surface is made of more and more
+/// triangles, beginning with the mesh's own number, `triangles`. The latter two have half the width and height.
+pub fn scaling(base: &Settings, size: (u32, u32), triangles: usize) -> Vec<Case> {
+    let hbao = of(base, Method::Hbao);
+    let by = |factor: f64| {
+        let side = |side: u32| (f64::from(side) * factor).round().max(1.0) as u32;
+        (side(size.0), side(size.1))
+    };
+    let pixels = (-4..=2).map(|i| Case::new(SCALING, "pixels", hbao.clone(), by(2f64.powf(f64::from(i) / 2.0))));
+    let samples = [(4, 4), (8, 4), (8, 8), (16, 8), (16, 16), (32, 16), (64, 16)].map(|(directions, steps)| {
+        Case::new(SCALING, "samples", Settings { directions, steps, ..hbao.clone() }, by(0.5))
+    });
+    let mut cases: Vec<Case> = pixels.chain(samples).collect();
+    let (mut subdivisions, mut count) = (0, triangles);
+    while subdivisions == 0 || count <= MOST_TRIANGLES {
+        cases.push(Case { subdivisions, ..Case::new(SCALING, "triangles", hbao.clone(), by(0.5)) });
+        (subdivisions, count) = (subdivisions + 1, count.saturating_mul(4));
+    }
+    cases
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::{KNOBS, Kind, Radius};
+
+    const SIZE: (u32, u32) = (1600, 1200);
+
+    fn all(base: &Settings) -> Vec<Case> {
+        [table(base, SIZE), figure1(base, SIZE), crysis(base), scaling(base, SIZE, 20_000)].concat()
+    }
+
+    #[test]
+    fn a_knob_matters_unless_the_cases_set_it() {
+        let base = Settings { radius: Radius::Units(1.0), ..Settings::default() };
+        for knob in KNOBS {
+            let other = match knob.kind {
+                Kind::Count(min, _) => min.to_string(),
+                Kind::OddOrZero(_, max) => max.to_string(),
+                Kind::Degrees(..) | Kind::Positive | Kind::Length => "2.5".into(),
+                Kind::OneOf(values) => values[values.len() - 1].to_string(),
+                Kind::Switch => "true".into(),
+                Kind::Word(words) => words.iter().find(|word| **word != knob.text(&base)).unwrap().to_string(),
+            };
+            let mut changed = base.clone();
+            knob.set(&mut changed, &other).unwrap();
+            assert_eq!(all(&changed) == all(&base), FIXED.contains(&knob.name), "{}", knob.name);
+        }
+    }
+
+    #[test]
+    fn no_case_is_measured_twice_and_all_are_valid() {
+        let cases = all(&Settings { radius: Radius::Units(1.0), ..Settings::default() });
+        for (i, case) in cases.iter().enumerate() {
+            case.settings.validate().unwrap();
+            assert!(!cases[..i].contains(case), "{case:?}");
+        }
+        let series = |name: &str| cases.iter().filter(|case| case.column == name).cloned().collect::<Vec<_>>();
+        let pixels: Vec<f64> = series("pixels").iter().map(Case::pixels).collect();
+        assert!(pixels[0] <= 0.12e6 && pixels[pixels.len() - 1] >= 7.6e6, "{pixels:?}");
+        assert_eq!(series("samples").iter().map(Case::fetches).collect::<Vec<_>>(), [16, 32, 64, 128, 256, 512, 1024]);
+        assert_eq!(series("triangles").iter().map(|case| case.subdivisions).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        // A mesh that has more already is measured as it is.
+        let many = scaling(&Settings::default(), SIZE, 10_000_000);
+        assert_eq!(many.iter().filter(|case| case.column == "triangles").count(), 1);
+    }
+}

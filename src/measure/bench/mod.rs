@@ -1,0 +1,13 @@
+//! What each part of a frame costs: the cases of the papers of 2008 and of the scaling series, and how they are measured
+//! in interleaved rounds.
+#![doc = include_str!("../tables_of_2008.md")]
+
+mod cases;
+mod measurement;
+mod power_law;
+mod rounds;
+
+pub use cases::{Case, FIXED, crysis, figure1, scaling, table};
+pub use measurement::Measurement;
+pub use power_law::exponent;
+pub use rounds::measure;

@@ -1,0 +1,137 @@
+//! One view rendered, and compared pass by pass with the float64 twins.
+
+use super::as_drawn::as_drawn;
+use super::spread::Spread;
+use crate::image::Image;
+use crate::reference::{self, gbuffer::Surface};
+use crate::scene::{Camera, Mesh};
+use crate::settings::Settings;
+use crate::{Error, Pipeline, Request, rotation_tile};
+use glam::{DVec3, Vec3};
+
+/// How far one view's images are from float64, pass by pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Precision {
+    /// Pixels that hold a surface.
+    pub covered: usize,
+    /// Covered pixels where the rasteriser, within its grid of 1/256 pixel, took another surface than the one that the
+    /// ray through the pixel's centre meets. They are compared with that other surface. Where it is a sliver of a side
+    /// turned away, which no ray meets, they are compared with what was drawn.
+    pub beside: usize,
+    /// The error of depth, relative to the ray's depth.
+    pub depth: Spread,
+    /// The error of normals, in degrees.
+    pub normals: Spread,
+    /// Ambient occlusion before the blur against its twin on the same depth and normals, which is the error of float32
+    /// arithmetic alone. Pixels that the twin calls ambiguous are left out.
+    pub arithmetic: Spread,
+    /// How many ambiguous pixels are left out of [`Precision::arithmetic`].
+    pub ambiguous: usize,
+    /// Ambient occlusion before the blur against its twin on float64 depth and normals, which is the error of formats,
+    /// G-buffer and arithmetic together. Pixels that are ambiguous there are left out.
+    pub whole: Spread,
+    /// How many ambiguous pixels are left out of [`Precision::whole`].
+    pub whole_ambiguous: usize,
+    /// The image that is shown, after the blur, against the same computed in float64 throughout. Ambiguous pixels are
+    /// included.
+    pub shown: Spread,
+}
+
+/// The images of a view that are compared.
+#[derive(Clone, Debug)]
+pub struct Images {
+    /// Depth as rendered; infinite on background.
+    pub depth: Image<f32>,
+    /// Normals as rendered.
+    pub normals: Image<[f32; 3]>,
+    /// Ambient occlusion as rendered, before the blur.
+    pub raw: Image<f32>,
+    /// Ambient occlusion as rendered, after the blur.
+    pub shown: Image<f32>,
+    /// Depth and normals by ray casting in float64.
+    pub seen: Image<Surface>,
+    /// Ambient occlusion before the blur, computed in float64 from [`Images::seen`].
+    pub exact: Image<f64>,
+}
+
+/// The angle between two directions, in degrees.
+fn degrees(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
+}
+
+/// Renders views with one choice of settings, and compares them pass by pass. The settings must have one sample a pixel,
+/// full resolution and a radius in scene units.
+pub struct Comparer {
+    pipeline: Pipeline,
+    settings: Settings,
+}
+
+impl Comparer {
+    /// Compiles and allocates for images of `size`.
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`]; or settings with several samples a pixel or half resolution.
+    pub fn new(gl: &std::sync::Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<Comparer, Error> {
+        if settings.msaa != 1 || settings.ao_scale() != 1 {
+            return Err(Error::Usage("precision is measured with one sample a pixel, at full resolution".into()));
+        }
+        let request = Request { raw: true, ..Request::default() };
+        Ok(Comparer { pipeline: Pipeline::new(gl, size, settings, request)?, settings: settings.clone() })
+    }
+
+    /// Renders a view, and compares each pass with its twin.
+    ///
+    /// # Errors
+    /// As [`Pipeline::render`].
+    pub fn measure(&mut self, mesh: &Mesh, camera: &Camera) -> Result<(Precision, Images), Error> {
+        let settings = &self.settings;
+        self.pipeline.render(mesh, camera)?;
+        let (depth, normals) = (self.pipeline.depth()?, self.pipeline.normals()?);
+        let shown = self.pipeline.ao()?;
+        let raw = self.pipeline.ao_raw().cloned().unwrap_or_else(|| shown.clone());
+        let (seen, beside) = as_drawn(mesh, camera, settings.normals, &depth, &normals);
+
+        let (tile, projection, near) = (rotation_tile(settings), camera.projection, camera.near);
+        let own = reference::Inputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
+        let on_own = (reference::visibility(&own, settings)?, reference::ambiguous(&own, settings)?);
+        let (z, n) = (seen.map(|s| s.depth), seen.map(|s| s.normal.to_array()));
+        let unrounded = reference::Inputs { depth: &z, normals: &n, tile: &tile, projection, near };
+        let on_exact = (reference::visibility(&unrounded, settings)?, reference::ambiguous(&unrounded, settings)?);
+        let exact_shown = reference::blur::blur(&on_exact.0, &z, &[], settings)?;
+
+        let covered: Vec<usize> = (0..depth.texels.len()).filter(|&i| depth.texels[i].is_finite()).collect();
+        let both: Vec<usize> = covered.iter().copied().filter(|&i| z.texels[i].is_finite()).collect();
+        let between = |got: &Image<f32>, expected: &Image<f64>, but: Option<&Image<bool>>| {
+            let kept = covered.iter().filter(|&&i| but.is_none_or(|but| !but.texels[i]));
+            Spread::of(kept.map(|&i| f64::from(got.texels[i]) - expected.texels[i]))
+        };
+        let count = |ambiguous: &Image<bool>| covered.iter().filter(|&&i| ambiguous.texels[i]).count();
+        let precision = Precision {
+            covered: covered.len(),
+            beside,
+            depth: Spread::of(both.iter().map(|&i| f64::from(depth.texels[i]) / z.texels[i] - 1.0)),
+            normals: Spread::of(
+                both.iter().map(|&i| degrees(Vec3::from(normals.texels[i]).as_dvec3(), seen.texels[i].normal)),
+            ),
+            arithmetic: between(&raw, &on_own.0, Some(&on_own.1)),
+            ambiguous: count(&on_own.1),
+            whole: between(&raw, &on_exact.0, Some(&on_exact.1)),
+            whole_ambiguous: count(&on_exact.1),
+            shown: between(&shown, &exact_shown, None),
+        };
+        Ok((precision, Images { depth, normals, raw, shown, seen, exact: on_exact.0 }))
+    }
+}
+
+/// Ambient occlusion before the blur, computed by the twin from the depth that was drawn, and from normals as biased
+/// RGBA8 would hold them. No setting asks for that format; a driver that renders neither signed format gets it.
+///
+/// # Errors
+/// A radius in percent.
+pub fn biased(images: &Images, camera: &Camera, settings: &Settings) -> Result<Image<f32>, Error> {
+    let stored = |c: f32| 2.0 * ((0.5 * c + 0.5) * 255.0).round() / 255.0 - 1.0;
+    let normals = images.normals.map(|n| n.map(stored));
+    let (tile, projection, near) = (rotation_tile(settings), camera.projection, camera.near);
+    let inputs = reference::Inputs { depth: &images.depth, normals: &normals, tile: &tile, projection, near };
+    Ok(reference::visibility(&inputs, settings)?.map(|a| a as f32))
+}

@@ -1,0 +1,189 @@
+//! The search itself: settings are rendered for their error, and those near the goal are varied knob by knob.
+
+use super::choice::Goal;
+use super::contest::{Contest, NEAR, NOISE};
+use super::requirements::Requirements;
+use super::space::{Space, key, no_more_work, work};
+use super::stage::Stage;
+use super::verdict::{Tried, Tuned, Verdict, decide};
+use crate::Error;
+use crate::image::Image;
+use crate::measure::Shot;
+use crate::measure::gbuffers::GBuffers;
+use crate::pipeline::check_depth_range;
+use crate::scene::Camera;
+use crate::settings::{KNOBS, Settings};
+use std::collections::HashSet;
+use std::sync::Arc;
+
+/// The most rounds of variations: later ones find little.
+const ROUNDS: usize = 4;
+/// How many leaders of each kind are varied in a round.
+const LEADERS: usize = 4;
+
+/// A search on one view.
+pub struct Tuner<'a> {
+    camera: &'a Camera,
+    stage: Stage<'a>,
+    space: Space,
+    requirements: Requirements,
+    tried: Vec<Tried>,
+    /// The driver's first refusal.
+    refusal: Option<Error>,
+}
+
+impl<'a> Tuner<'a> {
+    /// Looks at a view. The search keeps the radius, attenuation, strength, bias and depth samples of `base`, and every
+    /// knob that `pinned` names. The radius must be in scene units.
+    ///
+    /// # Errors
+    /// What the driver refuses; or `half-res` and a `blur` of 0 that are both pinned, because then no image has full
+    /// size.
+    pub fn new(gl: &Arc<glow::Context>, shot: Shot<'a>, base: &Settings, pinned: &[&str]) -> Result<Tuner<'a>, Error> {
+        if base.ao_scale() > 1 && base.blur == 0 && pinned.contains(&"half-res") && pinned.contains(&"blur") {
+            return Err(Error::Usage(
+                "half-res with blur 0 leaves ambient occlusion at half size, where it cannot be compared: let one of \
+                 them be searched"
+                    .into(),
+            ));
+        }
+        let mut gbuffers = GBuffers::new(gl);
+        let requirements = Requirements::of(gl, &mut gbuffers, shot, base)?;
+        let pinned = KNOBS.iter().filter(|knob| pinned.contains(&knob.name)).collect();
+        let edges = requirements.edge_pixels.map(|pixels| pixels > 0);
+        Ok(Tuner {
+            camera: shot.camera,
+            stage: Stage::new(gl, shot, gbuffers)?,
+            space: Space { base: base.clone(), pinned, edges },
+            requirements,
+            tried: Vec::new(),
+            refusal: None,
+        })
+    }
+
+    /// What the view needs of settings.
+    pub fn requirements(&self) -> &Requirements {
+        &self.requirements
+    }
+
+    /// Searches. The contenders are timed in `runs` interleaved rounds, and the finalists in three times as many more.
+    /// `progress` is called with what is done and what there is to do, as far as that is known.
+    ///
+    /// # Errors
+    /// A view or a truth without a pixel to compare; or the driver's refusal where it refused all settings.
+    pub fn run(
+        mut self,
+        truth: &Image<f32>,
+        goal: Goal,
+        runs: usize,
+        progress: impl Fn(usize, usize),
+    ) -> Result<Tuned, Error> {
+        let mut next = self.space.sweep();
+        let mut known = HashSet::new();
+        for round in 0..=ROUNDS {
+            let mut new: Vec<Settings> = next.iter().filter_map(|settings| self.space.admit(settings)).collect();
+            new.retain(|settings| known.insert(key(settings)));
+            new.sort_by(|a, b| work(a).total_cmp(&work(b)));
+            let all = self.tried.len() + new.len();
+            for settings in new {
+                let tried = self.try_once(settings, truth, goal)?;
+                self.tried.push(tried);
+                progress(self.tried.len(), all);
+            }
+            // Wider formats cost memory and gain little: they are varied only where nothing else reaches the error.
+            let reached = self.tried.iter().any(|tried| tried.share(goal).is_some_and(|share| share <= 1.0));
+            let wide = round > 0 && !reached && matches!(goal, Goal::MaxError(_));
+            let leaders = self.leaders(goal, round, wide);
+            next = leaders.iter().flat_map(|&i| self.space.around(&self.tried[i].settings, wide)).collect();
+        }
+        if let (Some(refusal), true) = (self.refusal.take(), self.tried.iter().all(|tried| tried.rmse().is_none())) {
+            return Err(refusal);
+        }
+        let contest = Contest { goal, truth, covered: &self.requirements.covered, runs };
+        let best = contest.hold(&mut self.stage, &self.space, &mut self.tried, progress)?;
+        decide(&mut self.tried, goal, best);
+        Ok(Tuned { tried: self.tried, best })
+    }
+
+    /// Rejects settings unrendered, or renders them for their error, and times them roughly where they can win.
+    fn try_once(&mut self, settings: Settings, truth: &Image<f32>, goal: Goal) -> Result<Tried, Error> {
+        let verdict = self.unrendered(&settings, goal).unwrap_or(Verdict::Open);
+        let mut tried = Tried::new(settings, verdict);
+        if verdict == Verdict::Open {
+            match self.render_once(&mut tried, truth, goal) {
+                Err(refusal @ Error::Gl { .. }) => {
+                    tried.verdict = Verdict::Refused;
+                    self.refusal.get_or_insert(refusal);
+                }
+                other => other?,
+            }
+        }
+        Ok(tried)
+    }
+
+    fn render_once(&mut self, tried: &mut Tried, truth: &Image<f32>, goal: Goal) -> Result<(), Error> {
+        let mut ready = self.stage.ready(&tried.settings)?;
+        let errors = self.stage.errors(&mut ready, truth, &self.requirements.covered)?;
+        tried.errors = Some(errors);
+        let exits = self.requirements.some_may_exit(&tried.settings);
+        let as_good = |other: &Tried| {
+            other.rmse().is_some_and(|rmse| rmse <= errors.rmse)
+                && no_more_work(&other.settings, &tried.settings, exits)
+        };
+        if self.tried.iter().any(as_good) {
+            tried.verdict = Verdict::NoGain;
+        } else if matches!(goal, Goal::MaxMs(_)) || goal.of(0.0, errors.rmse).0 <= NEAR {
+            tried.rough_ms = Some(self.stage.rough_ms(&mut ready)?);
+        }
+        Ok(())
+    }
+
+    /// Why settings need not be rendered; none where they must be.
+    fn unrendered(&self, settings: &Settings, goal: Goal) -> Option<Verdict> {
+        if check_depth_range(settings, self.camera).is_err() {
+            return Some(Verdict::DepthFormat);
+        }
+        if self.requirements.all_exit(settings) {
+            return Some(Verdict::StepsBelowTexel);
+        }
+        let exits = self.requirements.some_may_exit(settings);
+        let enough = |other: &Tried| match goal {
+            Goal::MaxError(limit) => other.rmse().is_some_and(|rmse| rmse <= limit),
+            Goal::MaxMs(limit) => other.rough_ms.is_some_and(|ms| ms > NOISE * limit),
+        };
+        let more = |other: &Tried| enough(other) && no_more_work(&other.settings, settings, exits);
+        self.tried.iter().any(more).then_some(Verdict::MoreWork)
+    }
+
+    /// The settings that are worth varying: the best of those that meet the goal, and those that nearly meet it and would
+    /// be better. Where there are none, those nearest to the goal.
+    fn leaders(&self, goal: Goal, round: usize, wide: bool) -> Vec<usize> {
+        let usual = |&i: &usize| wide || !self.space.is_wide(&self.tried[i].settings);
+        let all = (0..self.tried.len()).filter(usual);
+        let mut open: Vec<(usize, f64)> = all.filter_map(|i| Some((i, self.tried[i].share(goal)?))).collect();
+        let sought = |i: usize| {
+            let tried = &self.tried[i];
+            tried.ms().zip(tried.rmse()).map_or(f64::INFINITY, |(ms, rmse)| goal.of(ms, rmse).1)
+        };
+        open.sort_by(|a, b| sought(a.0).total_cmp(&sought(b.0)));
+        let mut meeting: Vec<usize> = open.iter().filter(|(_, share)| *share <= 1.0).map(|(i, _)| *i).collect();
+        // The first round also varies one of every method: a method that is far behind in the sweep may be ahead with
+        // other counts.
+        let mut methods = HashSet::new();
+        let mut place = 0;
+        meeting.retain(|&i| {
+            place += 1;
+            let first = methods.insert(self.tried[i].settings.method.name());
+            place <= LEADERS || round == 0 && first
+        });
+        let best = meeting.first().map_or(f64::INFINITY, |&i| sought(i));
+        open.retain(|&(i, share)| share > 1.0 && (meeting.is_empty() || sought(i) < best));
+        open.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if open.iter().any(|(_, share)| *share <= NEAR) {
+            open.retain(|(_, share)| *share <= NEAR);
+        } else if !meeting.is_empty() {
+            open.clear();
+        }
+        meeting.into_iter().chain(open.into_iter().map(|(i, _)| i).take(LEADERS)).collect()
+    }
+}

@@ -1,0 +1,105 @@
+//! The figures of ShaderX7 6.2 on the method itself: attenuation, hidden samples and snapped directions.
+
+use super::picture::picture;
+use crate::picture::Show;
+use crate::report::drawing;
+use crate::report::figure::{Drawing, Figure};
+use crate::report::lab::Lab;
+use crate::report::scenes;
+use hbao::reference::anatomy::Anatomy;
+use hbao::settings::{Attenuation, Method, Radius, Snap, Toggle};
+use hbao::{Error, Settings};
+
+pub(super) fn first_picture(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sibenik"]);
+    let settings = Settings { directions: 16, steps: 16, ..subject.settings(Method::Hbao) };
+    let name = &subject.name;
+    Ok(Figure {
+        id: "6.2.1".into(),
+        title: "Horizon-based ambient occlusion".into(),
+        text: "The chapter's method: 16 directions of 16 steps, blur 9x9.".into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &settings, Show::Final, ("6.2.1", &format!("{name}, times its colours")))?,
+            picture(lab, subject, lab.size, &settings, Show::Ao, ("6.2.1-ao", &format!("{name}, visibility")))?,
+            picture(lab, subject, lab.size, &settings, Show::Color, ("6.2.1-color", &format!("{name}, without it")))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+pub(super) fn attenuation(lab: &Lab) -> Result<Figure, Error> {
+    let subject = lab.first_of(&["sibenik"]);
+    let with = subject.settings(Method::Hbao);
+    let without = Settings { attenuation: Attenuation::None, ..with.clone() };
+    Ok(Figure {
+        id: "6.2.3".into(),
+        title: "With and without attenuation".into(),
+        text: "Without W occlusion ends abruptly where occluders come to lie further than R.".into(),
+        pictures: vec![
+            picture(lab, subject, lab.size, &without, Show::Ao, ("6.2.3-without", "without: W = 1"))?,
+            picture(lab, subject, lab.size, &with, Show::Ao, ("6.2.3-with", "with: W = 1 - (r/R)^2"))?,
+        ],
+        ..Figure::default()
+    })
+}
+
+pub(super) fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
+    let pit = scenes::pit()?;
+    let size = lab.small();
+    let methods = [
+        (Method::Ssao, "ssao: points above the rim's far side count as open"),
+        (Method::Hbao, "hbao: the horizon stays at the rim"),
+    ];
+    let pictures = methods
+        .map(|(method, caption)| {
+            let settings = Settings { ssao_normals: Toggle::On, ..pit.settings(method) };
+            picture(lab, &pit, size, &settings, Show::Ao, (&format!("6.2.4-{}", method.name()), caption))
+        })
+        .into_iter()
+        .collect::<Result<_, _>>()?;
+    Ok(Figure {
+        id: "6.2.4".into(),
+        title: "Above the height field, and hidden all the same".into(),
+        text: "A floor seen from above, with a square rim upright on it. What lies over the floor outside the rim is in \
+               front of the depth image's surface, but the rim hides it from the floor inside. Crysis' method (here with \
+               normals, so that flat surfaces are open) finds the floor inside open but next to the rim; the horizon does \
+               not. The claim on hidden points counts them."
+            .into(),
+        pictures,
+        ..Figure::default()
+    })
+}
+
+pub(super) fn snapped_directions(lab: &Lab) -> Result<Figure, Error> {
+    let (size, pixel) = ((160, 120), (80, 60));
+    let wall = scenes::fold("wall", "wall", 0.0, size)?;
+    let base = Settings { radius: Radius::Units(6.0), directions: 6, steps: 5, ..wall.exact(Method::Hbao) };
+    let seen = lab.see(&wall, size, &base)?;
+    let inputs = seen.inputs();
+    let mut drawings = Vec::new();
+    for (snap, caption) in [
+        (Snap::Step, "the first offset and the step are rounded: every direction walks by whole texels, and bends off"),
+        (Snap::Sample, "each sample is rounded by itself: the directions are kept"),
+    ] {
+        let settings = Settings { snap, ..base.clone() };
+        let twin = Anatomy::new(&inputs, &settings)?;
+        let directions: Vec<Vec<(f64, f64)>> = (0..settings.directions)
+            .map(|k| twin.offsets(pixel, k).unwrap_or_default().iter().map(|o| (o.x, o.y)).collect())
+            .collect();
+        let [cos_a, sin_a, _] = hbao::rotation_tile(&settings).at(pixel.0 % 4, pixel.1 % 4).map(f64::from);
+        let turn = sin_a.atan2(cos_a);
+        drawings.push(Drawing {
+            file: format!("6.2.10-{}.svg", snap.name()),
+            caption: format!("snap = {}: {caption}", snap.name()),
+            svg: drawing::texels(&directions, turn)?,
+        });
+    }
+    Ok(Figure {
+        id: "6.2.10".into(),
+        title: "Snapped directions".into(),
+        text: "The texels that one pixel of a wall reads, 6 directions of 5 steps; lines are the directions meant."
+            .into(),
+        drawings,
+        ..Figure::default()
+    })
+}

@@ -1,0 +1,87 @@
+//! What was measured, as JSON.
+
+use super::tables::bench::{Growth, Times};
+use super::tables::cells::spread;
+use hbao::Settings;
+use hbao::measure::bench::Measurement;
+use hbao::measure::decomposition::{Decomposition, ErrorPart};
+use hbao::measure::median;
+use hbao::measure::ratios::Ratio;
+use serde_json::{Map, Value, json};
+
+/// One case of the bench.
+pub(crate) fn measurement(one: &Measurement) -> Value {
+    let case = &one.case;
+    let [directions, rays, steps] = case.samples();
+    let mut spreads = Map::new();
+    let all: [(&str, Times); 5] = [
+        ("frame_ms", |one| &one.frame_ms),
+        ("gbuffer_ms", |one| &one.gbuffer_ms),
+        ("ao_ms", |one| &one.ao_ms),
+        ("floor_ms", |one| &one.floor_ms),
+        ("blur_ms", |one| &one.blur_ms),
+    ];
+    for (name, times) in all.iter().filter(|(_, times)| !times(one).is_empty()) {
+        let (low, high) = spread(times(one));
+        spreads.insert((*name).into(), json!([low, high]));
+    }
+    // The median of times that were not measured is NaN, which JSON writes as null.
+    json!({
+        "mode": case.mode,
+        "column": case.column,
+        "method": case.method().name(),
+        "directions": directions,
+        "rays": rays,
+        "steps": steps,
+        "msaa": one.samples,
+        "half_res": case.settings.half_res,
+        "blur": case.blur(),
+        "ssao_depth": case.settings.ssao_depth.name(),
+        "ssao_rotation": case.settings.ssao_rotation.name(),
+        "size": [case.size.0, case.size.1],
+        "triangles": one.triangles,
+        "frame_ms": median(&one.frame_ms),
+        "gbuffer_ms": median(&one.gbuffer_ms),
+        "ao_ms": median(&one.ao_ms),
+        "floor_ms": median(&one.floor_ms),
+        "ao_to_floor": one.ao_to_floor(),
+        "fetches_per_pixel": case.fetches(),
+        "ns_per_sample": one.ns_per_sample(&one.ao_ms),
+        "floor_ns_per_fetch": one.ns_per_sample(&one.floor_ms),
+        "blur_ms": median(&one.blur_ms),
+        "fps": one.fps(),
+        "mpixels_per_s": one.mpixels_per_s(),
+        "spread": spreads,
+        "compile_ms": one.compile_ms,
+    })
+}
+
+/// A ratio of times.
+pub(crate) fn ratio(ratio: &Ratio) -> Value {
+    let papers: Map<_, _> = ratio.papers.iter().map(|&(card, x)| (card.to_string(), json!(x))).collect();
+    json!({ "ratio": ratio.what, "here": ratio.ours, "papers": papers })
+}
+
+/// How times grow along a series.
+pub(crate) fn growth(growth: &Growth) -> Value {
+    json!({ "series": growth.series, "of": growth.of, "exponent": growth.exponent })
+}
+
+/// The decomposed error of settings.
+pub(crate) fn decomposition(s: &Settings, parts: &Decomposition) -> Value {
+    let of = |part: &ErrorPart| json!({ "rmse": part.rmse, "bias": part.bias, "max": part.max });
+    json!({
+        "method": s.method.name(),
+        "directions": s.directions,
+        "steps": s.steps,
+        "half_res": s.half_res,
+        "blur": s.blur,
+        "model": of(&parts.model),
+        "sampling": of(&parts.sampling),
+        "filtering": of(&parts.filtering),
+        "quantisation": of(&parts.quantisation),
+        "total": of(&parts.total),
+        "cross": parts.cross,
+        "pixels": parts.pixels,
+    })
+}

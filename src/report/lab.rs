@@ -1,0 +1,226 @@
+//! Where the report's pictures and figures come from: the scenes at hand, ways to render them, and their truth.
+
+use super::models::{self, Opened};
+use super::subject::Subject;
+use hbao::image::Image;
+use hbao::measure::decomposition::subset;
+use hbao::measure::errors::{Comparison, Errors};
+use hbao::reference::{self, truth::Truth};
+use hbao::scene::{CORNELL_BOX, NAVE, Projection};
+use hbao::{Error, PassTime, Pipeline, Request, Settings, glow, rotation_tile};
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// How many covered pixels errors against the truth are taken over, at most.
+const SUBSET: usize = 60_000;
+
+/// A view's depth and normals, read back: the inputs of the twins.
+pub(super) struct Seen {
+    pub(super) depth: Image<f32>,
+    pub(super) normals: Image<[f32; 3]>,
+    tile: Image<[f32; 3]>,
+    projection: Projection,
+    near: f64,
+}
+
+impl Seen {
+    pub(super) fn inputs(&self) -> reference::Inputs<'_> {
+        reference::Inputs {
+            depth: &self.depth,
+            normals: &self.normals,
+            tile: &self.tile,
+            projection: self.projection,
+            near: self.near,
+        }
+    }
+
+    pub(super) fn covered(&self) -> Image<bool> {
+        self.depth.map(f32::is_finite)
+    }
+
+    /// How many texels a scene unit covers at depth 1, up and down.
+    pub(super) fn texels_at_depth_1(&self) -> f64 {
+        let [_, half_height] = self.projection.half_extents();
+        self.depth.height as f64 / (2.0 * half_height)
+    }
+
+    /// `count` covered pixels at random, from a fixed seed; all covered pixels where there are fewer.
+    pub(super) fn some_covered(&self, count: usize) -> Vec<(usize, usize)> {
+        let width = self.depth.width;
+        subset(&self.covered(), count).into_iter().map(|i| (i % width, i / width)).collect()
+    }
+}
+
+/// Ray-traced ambient occlusion of some pixels of a view.
+pub(super) struct Traced {
+    /// True at the pixels that were traced.
+    pub(super) mask: Image<bool>,
+    pub(super) visibility: Image<f32>,
+    /// The truth's own noise, RMS.
+    pub(super) noise: f64,
+}
+
+/// The noise of a truth, RMS, and an error that was measured against it.
+#[derive(Clone, Copy)]
+pub(super) struct Noise {
+    pub(super) noise: f64,
+    pub(super) error: f64,
+}
+
+impl Noise {
+    const NONE: Noise = Noise { noise: 0.0, error: 1.0 };
+}
+
+/// The scenes at hand and a context to render them in.
+pub(super) struct Lab<'a> {
+    pub(super) gl: &'a Arc<glow::Context>,
+    pub(super) size: (u32, u32),
+    pub(super) rays: u32,
+    subjects: Vec<Subject>,
+    /// A line for each model that is missing.
+    pub(super) missing: Vec<String>,
+    truths: RefCell<HashMap<String, Rc<Traced>>>,
+    /// Of all errors measured so far, the one of which the truth's noise is the largest share.
+    noisiest: Cell<Noise>,
+}
+
+impl<'a> Lab<'a> {
+    /// A lab with the built-in scenes, and with those of the papers' models that the folder `models` holds.
+    ///
+    /// # Errors
+    /// A model that is there and cannot be read.
+    pub(super) fn open(
+        gl: &'a Arc<glow::Context>,
+        size: (u32, u32),
+        rays: u32,
+        models: Option<&Path>,
+    ) -> Result<Lab<'a>, Error> {
+        let Opened { subjects, missing } = models::open(models)?;
+        Ok(Lab { gl, size, rays, subjects, missing, truths: RefCell::default(), noisiest: Cell::new(Noise::NONE) })
+    }
+
+    /// The scene of this key, if it is at hand.
+    pub(super) fn subject(&self, key: &str) -> Option<&Subject> {
+        self.subjects.iter().find(|subject| subject.key == key)
+    }
+
+    /// The first of these scenes that is at hand; the built-in nave where none is.
+    pub(super) fn first_of(&self, keys: &[&str]) -> &Subject {
+        let found = keys.iter().find_map(|key| self.subject(key)).or_else(|| self.subject(NAVE));
+        found.unwrap_or(&self.subjects[0])
+    }
+
+    /// Sibenik, or the nave in its place.
+    pub(super) fn church(&self) -> &Subject {
+        self.first_of(&["sibenik"])
+    }
+
+    /// Half the report's width and height. Pictures of which there are many have it, and images that are traced whole.
+    pub(super) fn small(&self) -> (u32, u32) {
+        (self.size.0.div_ceil(2), self.size.1.div_ceil(2))
+    }
+
+    /// The papers' data sets, as far as they are at hand: Sibenik, for which the nave stands in, the Dragon, and the
+    /// Cornell box.
+    pub(super) fn data_sets(&self) -> Vec<&Subject> {
+        [Some(self.church()), self.subject("dragon"), self.subject(CORNELL_BOX)].into_iter().flatten().collect()
+    }
+
+    /// Renders. Returns the pipeline, which holds the images, and the times of the passes where they were asked for.
+    pub(super) fn render(
+        &self,
+        subject: &Subject,
+        size: (u32, u32),
+        settings: &Settings,
+        request: Request,
+    ) -> Result<(Pipeline, Vec<PassTime>), Error> {
+        let mut pipeline = Pipeline::new(self.gl, size, settings, request)?;
+        let camera = subject.camera(size)?;
+        let mut times = pipeline.render(&subject.mesh, &camera)?;
+        if request.timings {
+            // The first run compiles the shaders.
+            times = pipeline.render(&subject.mesh, &camera)?;
+        }
+        Ok((pipeline, times))
+    }
+
+    /// Ambient occlusion after the blur, at full size.
+    pub(super) fn ao(&self, subject: &Subject, settings: &Settings) -> Result<Image<f32>, Error> {
+        self.render(subject, self.size, settings, Request::default())?.0.ao()
+    }
+
+    /// A view's depth and normals.
+    pub(super) fn see(&self, subject: &Subject, size: (u32, u32), settings: &Settings) -> Result<Seen, Error> {
+        let request = Request { gbuffer_only: true, ..Request::default() };
+        let (pipeline, _) = self.render(subject, size, &Settings { msaa: 1, ..settings.clone() }, request)?;
+        let camera = subject.camera(size)?;
+        Ok(Seen {
+            depth: pipeline.depth()?,
+            normals: pipeline.normals()?,
+            tile: rotation_tile(settings),
+            projection: camera.projection,
+            near: camera.near,
+        })
+    }
+
+    /// The truth of a view at full size, for the settings' radius and attenuation.
+    pub(super) fn truth(&self, subject: &Subject, settings: &Settings) -> Result<Rc<Traced>, Error> {
+        let key = format!("{} {:?} {:?}", subject.key, settings.radius, settings.attenuation);
+        if let Some(known) = self.truths.borrow().get(&key) {
+            return Ok(known.clone());
+        }
+        let (width, height) = (self.size.0 as usize, self.size.1 as usize);
+        let seen = self.see(subject, self.size, settings)?;
+        let pixels = subset(&seen.covered(), SUBSET);
+        let camera = subject.camera(self.size)?;
+        let traced = Truth::new(&subject.mesh, &camera, (width, height), settings, self.rays)?.trace(&pixels, |_| ());
+        let mut mask = Image::filled(width, height, false);
+        let mut visibility = Image::filled(width, height, 1.0);
+        for ((&pixel, a), covered) in pixels.iter().zip(&traced.visibility).zip(&traced.covered) {
+            mask.texels[pixel] = *covered;
+            visibility.texels[pixel] = *a as f32;
+        }
+        let truth = Rc::new(Traced { mask, visibility, noise: traced.noise_rmse });
+        self.truths.borrow_mut().insert(key, truth.clone());
+        Ok(truth)
+    }
+
+    /// The largest noise of the truths asked for so far, RMS.
+    pub(super) fn noise(&self) -> f64 {
+        self.truths.borrow().values().map(|traced| traced.noise).fold(0.0, f64::max)
+    }
+
+    /// Of all errors measured so far, the one of which the truth's noise is the largest share.
+    pub(super) fn noisiest(&self) -> Noise {
+        self.noisiest.get()
+    }
+
+    /// The errors of an image against the truth of the settings' radius and attenuation.
+    pub(super) fn errors_of(
+        &self,
+        subject: &Subject,
+        image: &Image<f32>,
+        settings: &Settings,
+    ) -> Result<Errors, Error> {
+        let truth = self.truth(subject, settings)?;
+        let errors = compare(image, &truth.visibility, &truth.mask)?;
+        let Noise { noise, error } = self.noisiest.get();
+        if truth.noise * error > noise * errors.rmse {
+            self.noisiest.set(Noise { noise: truth.noise, error: errors.rmse });
+        }
+        Ok(errors)
+    }
+
+    /// The errors of what these settings render.
+    pub(super) fn errors(&self, subject: &Subject, settings: &Settings) -> Result<Errors, Error> {
+        self.errors_of(subject, &self.ao(subject, settings)?, settings)
+    }
+}
+
+/// The errors of one image against another where the mask is true.
+pub(super) fn compare(got: &Image<f32>, truth: &Image<f32>, mask: &Image<bool>) -> Result<Errors, Error> {
+    Comparison::without_flip(got, truth)?.over(mask)?.ok_or_else(Errors::of_nothing)
+}

@@ -1,0 +1,25 @@
+//! The papers' page: every picture, table and claim of the papers, regenerated, with the tables of other verbs.
+
+mod claim;
+mod claims;
+mod drawing;
+mod extremes;
+pub(crate) mod fields;
+mod figure;
+mod figures;
+pub(crate) mod json;
+mod lab;
+mod measures;
+mod models;
+mod page;
+pub(crate) mod plot;
+mod run;
+mod scenes;
+mod speeds;
+mod subject;
+mod sweep;
+pub(crate) mod tables;
+pub(crate) mod words;
+
+pub(crate) use run::{FIGURES, Made, Options, PAGE, make};
+pub(crate) use sweep::DECOMPOSED_PIXELS;

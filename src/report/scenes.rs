@@ -1,0 +1,143 @@
+//! Small scenes that only the report needs: those that the papers draw as diagrams, made of triangles.
+
+use super::subject::Subject;
+use glam::{DVec3, dvec3};
+use hbao::Error;
+use hbao::scene::{Lens, Mesh, View};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::rc::Rc;
+
+/// The angle bias of the figures on creases, in degrees. It is larger than the angle between two facets of the vault.
+pub(super) const BIAS_DEGREES: f64 = 30.0;
+/// The flat strips of the vault in the figures on creases: they meet at 18 degrees.
+pub(super) const FACETS: u32 = 10;
+
+/// A mesh of quadrilaterals, each made of two triangles.
+fn quads(quads: impl IntoIterator<Item = [DVec3; 4]>) -> Result<Mesh, Error> {
+    let positions: Vec<DVec3> = quads.into_iter().flatten().collect();
+    let triangles = (0..positions.len() as u32).step_by(4).flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]);
+    let triangles = triangles.collect();
+    Mesh::new(positions, triangles)
+}
+
+fn subject(key: &'static str, name: &str, mesh: Mesh, (eye, target): (DVec3, DVec3), radius: f64) -> Subject {
+    let view =
+        View { eye: Some(eye), target: Some(target), lens: Some(Lens::FovY(40f64.to_radians())), ..View::default() };
+    Subject { name: name.into(), key, mesh: Rc::new(mesh), view, radius, arguments: None }
+}
+
+/// Two half planes that meet in a vertical line in the middle of the picture, each turned away from the eye by `away`
+/// radians: 0 is a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room.
+///
+/// The horizontal field of view is 90 degrees. Under that angle the offsets of `ssao` fill a ball: they are in widths of the
+/// picture across, and in units of 2 P.z in depth.
+pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -> Result<Subject, Error> {
+    let (high, wide) = (400.0, 400.0);
+    let side = |sign: f64| {
+        let end = dvec3(sign * wide * away.cos(), 0.0, -wide * away.sin());
+        let up = dvec3(0.0, high, 0.0);
+        [-up, end - up, end + up, up]
+    };
+    let mesh = quads([side(-1.0), side(1.0)])?;
+    let mut fold = subject(key, name, mesh, (dvec3(0.0, 0.0, 30.0), DVec3::ZERO), 3.0);
+    // A camera's field of view is limited: a picture that is far higher than wide gets less than 90 degrees across.
+    let fov_y = 2.0 * (f64::from(size.1) / f64::from(size.0)).atan();
+    fold.view.lens = Some(Lens::FovY(fov_y.clamp(1.5f64.to_radians(), 174f64.to_radians())));
+    Ok(fold)
+}
+
+/// The flat wall, the corner of a room and the edge of a box, each with the solid share that the paper draws.
+pub(super) fn folds(size: (u32, u32)) -> Result<[(Subject, f64); 3], Error> {
+    Ok([
+        (fold("wall", "wall", 0.0, size)?, 0.5),
+        (fold("corner", "corner", -FRAC_PI_4, size)?, 0.75),
+        (fold("edge", "edge", FRAC_PI_4, size)?, 0.25),
+    ])
+}
+
+/// A floor that is seen at a slant and fills the picture.
+pub(super) fn floor() -> Result<Subject, Error> {
+    let far = 500.0;
+    let mesh = quads([[dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)]])?;
+    Ok(subject("floor", "floor", mesh, (dvec3(0.0, 6.0, 8.0), dvec3(0.0, 0.0, 0.0)), 1.0))
+}
+
+/// A floor with a square rim upright on it, seen from straight above: Figure 6.2.4 in three dimensions. From the middle of
+/// the floor the rim hides low points beyond it, although these are above the height field.
+pub(super) fn pit() -> Result<Subject, Error> {
+    let (half, thick, high, far) = (2.0, 0.25, 1.6, 60.0);
+    let floor = [dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)];
+    let mut all = vec![floor];
+    for turn in 0..4 {
+        let turned = |p: DVec3| glam::DQuat::from_rotation_y(f64::from(turn) * PI / 2.0) * p;
+        let [near, away, wide] = [half, half + thick, half + thick];
+        let up = |p: DVec3| p + high * DVec3::Y;
+        let [a, b] = [dvec3(near, 0.0, -wide), dvec3(near, 0.0, wide)];
+        let [c, d] = [dvec3(away, 0.0, wide), dvec3(away, 0.0, -wide)];
+        for quad in [[a, b, up(b), up(a)], [c, d, up(d), up(c)], [up(a), up(b), up(c), up(d)]] {
+            all.push(quad.map(turned));
+        }
+    }
+    let view = (dvec3(0.0, 14.0, 0.0), DVec3::ZERO);
+    let mut pit = subject("pit", "pit", quads(all)?, view, 4.0);
+    pit.view.up = Some(DVec3::NEG_Z);
+    Ok(pit)
+}
+
+/// The inside of a half pipe with `facets` flat strips over its half circle, seen from straight below or along its length.
+/// It is a round vault of low tessellation: each facet makes a crease of PI / facets with the next.
+pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
+    let (radius, long) = (4.0, 30.0);
+    let at = |i: u32, z: f64| {
+        let angle = PI * f64::from(i) / f64::from(facets);
+        dvec3(radius * angle.cos(), radius * angle.sin(), z)
+    };
+    let mesh = quads((0..facets).map(|i| [at(i, 4.0), at(i + 1, 4.0), at(i + 1, -long), at(i, -long)]))?;
+    let (view, name) = if along {
+        ((dvec3(0.0, 0.8, 3.0), dvec3(0.0, 2.2, -8.0)), "seen along its length")
+    } else {
+        ((dvec3(0.0, 0.4, -13.0), dvec3(0.0, 4.0, -13.0)), "seen from below")
+    };
+    let mut vault = subject("vault", &format!("vault of {facets} facets, {name}"), mesh, view, 1.5);
+    vault.view.up = Some(if along { DVec3::Y } else { DVec3::Z });
+    vault.view.lens = Some(Lens::FovY(if along { 40f64 } else { 80f64 }.to_radians()));
+    Ok(vault)
+}
+
+/// Two planes that are equally steep and meet at a right angle in a valley, seen from far above.
+pub(super) fn valley() -> Result<Subject, Error> {
+    let (wide, long) = (40.0, 200.0);
+    let side = |sign: f64| {
+        [dvec3(0.0, 0.0, -long), dvec3(0.0, 0.0, long), dvec3(sign * wide, wide, long), dvec3(sign * wide, wide, -long)]
+    };
+    let mut valley =
+        subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 4.0);
+    valley.view.up = Some(DVec3::NEG_Z);
+    Ok(valley)
+}
+
+/// A ball of `facets` facets around its axis and half as many from pole to pole. It is convex, so that every facet is open.
+pub(super) fn ball(facets: u32) -> Result<Subject, Error> {
+    let rings = facets / 2;
+    let at = |i: u32, j: u32| {
+        let (turn, down) = (TAU * f64::from(i % facets) / f64::from(facets), PI * f64::from(j) / f64::from(rings));
+        dvec3(down.sin() * turn.cos(), down.cos(), down.sin() * turn.sin())
+    };
+    let index = |i: u32, j: u32| match j {
+        0 => 0,
+        j if j == rings => 1,
+        j => 2 + (j - 1) * facets + i % facets,
+    };
+    let mut positions = vec![DVec3::Y, DVec3::NEG_Y];
+    positions.extend((1..rings).flat_map(|j| (0..facets).map(move |i| (i, j))).map(|(i, j)| at(i, j)));
+    let mut triangles = Vec::new();
+    for j in 0..rings {
+        for i in 0..facets {
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
+            triangles
+                .extend([[a, b, c], [a, c, d]].into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[0] != t[2]));
+        }
+    }
+    let mesh = Mesh::new(positions, triangles)?;
+    Ok(subject("ball", &format!("ball of {facets} facets"), mesh, (dvec3(0.6, 0.9, 3.2), DVec3::ZERO), 0.5))
+}

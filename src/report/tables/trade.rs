@@ -1,0 +1,78 @@
+//! The tables of `hbao trade`: error against time, and the error decomposed by its causes.
+
+use super::cells::optional;
+use crate::report::fields::trade_fields;
+use crate::report::words::words;
+use hbao::Settings;
+use hbao::measure::decomposition::Decomposition;
+use hbao::measure::table::{Column, Table};
+use hbao::measure::trade::TradeRow;
+
+/// Time and errors of a sweep's settings. The first column has a star where no other settings are better in both.
+/// `flip_places` are the decimal places of FLIP.
+pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
+    let columns = [
+        Column::left("", 2),
+        Column::left("method", 12),
+        Column::left("samples", 32),
+        Column::right("ms", 9),
+        Column::right("RMSE", 9),
+        Column::right("MAE", 9),
+        Column::right("bias", 9),
+        Column::right("max", 8),
+        Column::right("FLIP", 8),
+        Column::right("edge RMSE", 11),
+    ];
+    Table::new(columns).filled(rows.iter().map(|row| {
+        let e = &row.errors;
+        vec![
+            if row.pareto { "*" } else { "" }.into(),
+            row.settings.method.name().into(),
+            words(&row.settings),
+            format!("{:.2}", row.ms),
+            format!("{:.4}", e.rmse),
+            format!("{:.4}", e.mae),
+            format!("{:+.4}", e.bias),
+            format!("{:.3}", e.max),
+            optional(e.flip, flip_places),
+            optional(row.edge_errors.map(|edge| edge.rmse), 4),
+        ]
+    }))
+}
+
+/// Everything about a sweep's rows, for a CSV file.
+pub(crate) fn all_fields(rows: &[TradeRow]) -> Table {
+    let rows: Vec<_> = rows.iter().map(trade_fields).collect();
+    let names = rows.first().into_iter().flatten().map(|(name, _)| *name).collect::<Vec<_>>();
+    // A JSON string has quotes about it, which a CSV file needs around no word of ours.
+    let cell = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), String::from);
+    Table::headed(names).filled(rows.iter().map(|row| row.iter().map(|(_, value)| cell(value)).collect()))
+}
+
+/// One choice of settings, and its error decomposed.
+pub(crate) type Decomposed = (Settings, Decomposition);
+
+/// RMSE and bias of each part of the error.
+pub(crate) fn parts(all: &[Decomposed]) -> Table {
+    let columns = [
+        Column::left("method", 12).after_gap(2),
+        Column::left("samples", 20),
+        Column::right("model", 18),
+        Column::right("sampling", 18),
+        Column::right("filtering", 18),
+        Column::right("quantisation", 18),
+        Column::right("total", 18),
+        Column::right("cross", 11),
+    ];
+    Table::new(columns).filled(all.iter().map(|(settings, parts)| {
+        let errors = [parts.model, parts.sampling, parts.filtering, parts.quantisation, parts.total];
+        let errors = errors.map(|part| format!("{:.4} {:+.4}", part.rmse, part.bias));
+        let names = [settings.method.name().into(), words(settings)];
+        names.into_iter().chain(errors).chain([format!("{:+.5}", parts.cross)]).collect()
+    }))
+}
+
+/// The number of pixels that the error is decomposed on.
+pub(crate) fn decomposed_pixels(all: &[Decomposed]) -> usize {
+    all.first().map_or(0, |(_, parts)| parts.pixels)
+}
