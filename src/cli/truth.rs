@@ -2,7 +2,7 @@
 
 use super::flags::{self, Flags, Opened};
 use super::session::{trace, without_effect};
-use crate::picture::{FileFormat, visibility};
+use crate::picture::{FileFormat, Pixels};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
@@ -51,6 +51,6 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let origin = flags::with_origin(&settings, render);
     let truth = TruthImage::new(&traced, flags.size);
     let mut outputs = Outputs::new();
-    outputs.stage(output, &visibility(&truth.visibility, format, &metadata(&origin))?)?;
+    outputs.stage(output, &Pixels::Visibility(truth.visibility).encode(format, &metadata(&origin))?)?;
     outputs.commit()
 }
