@@ -1,20 +1,25 @@
-// The cross-bilateral blur, ShaderX7 6.2: Gaussian in the image and in depth; and the 4x4 blur of 6.1, of equal
-// weights. From half resolution it upsamples; on edge pixels it is the supersampling blur, around each depth sample of
-// the pixel. Its float64 twin is src/reference/blur.rs.
+// Two blurs of ambient occlusion that respect depth. One is the cross-bilateral blur of ShaderX7 6.2, whose weights are
+// Gaussian in the image and in depth. The other is the 4x4 blur of 6.1, whose taps all have the same weight.
+//
+// Where ao_image has half the resolution, the blur also upsamples it. On edge pixels the shader runs as the
+// supersampling blur: it blurs around each depth sample of the pixel and takes the mean.
+// The float64 twin is src/reference/blur.rs.
 //
 // Compiled in:
-//   FIRST_X, LAST_X, FIRST_Y, LAST_Y  the taps, in texels of ao_image from the one that holds the pixel
-//   FROM    how many pixels in x and y a texel of ao_image stands for; UPSAMPLES where not 1 and 1
-//   GAUSSIAN, SPATIAL  weights exp(-k^2 / (2 s^2)) at k = 0, 1, ... pixels from the centre, 0 beyond the kernel;
-//           without, all weigh the same
-//   SAMPLES the depth samples of a pixel, where the blur is around each of them
+//   FIRST_X, LAST_X, FIRST_Y, LAST_Y  the range of the taps, in texels of ao_image, counted from the texel that holds
+//                                     the pixel
+//   FROM               how many pixels in x and y one texel of ao_image stands for
+//   UPSAMPLES          defined where FROM is not vec2(1)
+//   GAUSSIAN, SPATIAL  the number of spatial weights, and the weights: exp(-k^2 / (2 s^2)) at k = 0, 1, ... pixels from
+//                      the centre, and 0 beyond the kernel. Undefined for the blur with equal weights.
+//   SAMPLES            depth samples per pixel. Defined only for the supersampling blur.
 uniform sampler2DRect ao_image;
-uniform vec2 extent; // of the full image, in pixels
+uniform vec2 extent; // size of the full image in pixels
 #ifdef GAUSSIAN
-uniform float inverse_sigma; // 1 / (sqrt(2) s_z), of the depth sigma in scene units
+uniform float inverse_sigma; // 1 / (sqrt(2) s_z); s_z is the depth sigma in scene units
 const float spatial[GAUSSIAN] = float[GAUSSIAN](SPATIAL);
 #else
-uniform vec2 depth_sigma; // in scene units, and as a share of the depth: one of them is 0
+uniform vec2 depth_sigma; // depth sigma: x in scene units, y as a share of the depth; one of the two is 0
 #endif
 
 #ifdef SAMPLES
@@ -23,7 +28,7 @@ uniform sampler2DMS depth_samples;
 #define SAMPLES 1
 #define ONE_DEPTH
 #endif
-// Elsewhere the centre weighs 1.
+// The sum of the weights can be 0 in these two cases only. In all others the pixel's own tap has weight 1.
 #if defined(UPSAMPLES) || !defined(ONE_DEPTH)
 #define MAY_BE_EMPTY
 #endif
@@ -31,8 +36,9 @@ uniform sampler2DMS depth_samples;
 out float out_0;
 
 #ifdef GAUSSIAN
-// Weight of tap i of a row or column, in texels of ao_image; odd: whether the pixel is the second that its texel stands
-// for. An index that is known before it runs is faster than one that is computed.
+// The weight of tap i, counted in texels of ao_image, along one axis. `odd` says that the pixel is the second of the
+// two pixels its texel stands for. The indices are written so that they are constant once the loops over the taps are
+// unrolled; an index computed at run time is slower.
 float spatial_weight(int i, float from, bool odd)
 {
     return from == 1.0 ? spatial[abs(i)] : odd ? spatial[abs(2 * i - 1)] : spatial[abs(2 * i)];
@@ -51,24 +57,26 @@ void main()
 #endif
         sum[s] = 0.0;
         weights[s] = 0.0;
-        // Where nothing but background is near, A is 1.
+        // A is 1 where every tap lies on background.
         nearest[s] = 1.0;
         distance_to[s] = background;
     }
 
-    // The texel of ao_image that holds the pixel, about which the taps lie, and whether it stands for another one.
+    // `home` is the centre of the texel of ao_image that holds the pixel; the taps lie around it. `odd` is true, for
+    // each axis, where the pixel is not the one at which that texel's A was computed, but the one after it.
     vec2 home = floor(p / FROM) + 0.5;
     bvec2 odd = notEqual(p, FROM * (home - 0.5) + 0.5);
 #ifndef GAUSSIAN
-    // Of an even number of taps more lie to one side. About the texel to the right of a pixel that is the second of its
-    // texel, half resolution lies on the whole no further to that side than full.
+    // The 4x4 taps are not symmetric: two lie before `home` and one after it. For odd pixels the taps are therefore
+    // taken around the next texel. On average the blur from half resolution is then shifted no further than the one at
+    // full resolution.
     home += vec2(odd);
 #endif
     vec2 home_pixel = FROM * (home - 0.5) + 0.5;
     for (int y = FIRST_Y; y <= LAST_Y; ++y)
     for (int x = FIRST_X; x <= LAST_X; ++x) {
         vec2 offset = vec2(x, y);
-        // A tap's depth is that of the pixel where its A was computed.
+        // The depth of a tap is the depth of the pixel at which its A was computed.
         vec2 q = home_pixel + FROM * offset;
         float tap_z = depth_of_pixel(q);
         float A = texture(ao_image, home + offset).r;
@@ -77,7 +85,7 @@ void main()
 #else
         float weight = 1.0;
 #endif
-        // Taps on background and outside the image weigh nothing.
+        // Taps on background and outside the image have no weight.
         if (tap_z >= background || q != clamp(q, vec2(0.5), extent - 0.5))
             weight = 0.0;
         for (int s = 0; s < SAMPLES; ++s) {

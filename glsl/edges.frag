@@ -1,10 +1,11 @@
-// Edge detection, ShaderX7 6.2 (Multisample antialiasing): leaves the pixels whose depth samples span more than the
-// blur's depth sigma, or mix surface and background. Its float64 twin is src/reference/edges.rs.
+// Edge detection, ShaderX7 6.2 (Multisample antialiasing). A pixel is an edge where its depth samples span more than
+// the blur's depth sigma, or where some lie on a surface and some on background. All other pixels are discarded. The
+// float64 twin is src/reference/edges.rs.
 //
-// Compiled in: SAMPLES.
+// Compiled in: SAMPLES, the depth samples per pixel.
 uniform sampler2DMS depth_samples;
-uniform float background; // depths from here on are background
-uniform vec2 depth_sigma; // in scene units, and as a share of the depth: one of them is 0
+uniform float background; // this depth and all greater ones are background
+uniform vec2 depth_sigma; // depth sigma: x in scene units, y as a share of the depth; one of the two is 0
 
 void main()
 {

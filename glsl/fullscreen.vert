@@ -1,4 +1,4 @@
-// One triangle that covers the window, made of nothing but the vertex's number.
+// One triangle that covers the viewport. Its corners follow from gl_VertexID, so no vertex attributes are read.
 void main()
 {
     vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);

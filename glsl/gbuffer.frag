@@ -1,29 +1,30 @@
-// Colour, linear depth and normal of the surface on the ray of the pixel's centre. Its float64 twin, by ray casting,
-// is src/reference/gbuffer.rs.
+// The G-buffer: colour, linear depth and normal of the surface, evaluated on the ray through the pixel's centre.
+// The float64 twin is src/reference/gbuffer.rs, which finds the same surface by ray casting.
 //
-// Compiled in: ORTHOGRAPHIC, NORMALS_BIASED, and one of NORMALS_DERIVATIVE, NORMALS_VERTEX.
-in vec3 position; // in eye space, from the middle of the near plane: x, y, z - near
+// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED where normals are stored as n/2 + 1/2; and
+// either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the interpolated vertex normal).
+in vec3 position; // in eye space, relative to the middle of the near plane: (x, y, z - near)
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;
 #endif
 
 uniform vec3 diffuse;    // the material's colour
-uniform vec3 light;      // unit, towards the light, eye space
-uniform vec2 shading;    // how much of the colour is ambient, and how much follows the light
-uniform vec2 near_far;
+uniform vec3 light;      // unit vector towards the light, in eye space
+uniform vec2 shading;    // x: the factor of the ambient light, y: the factor of the directional light
+uniform vec2 near_far;   // the depths of the near and the far plane
 
-out vec4 out_0; // colour; alpha is the share of it that is ambient
+out vec4 out_0; // colour; alpha is the share of the colour that is ambient
 out float out_1; // linear depth
 out vec4 out_2; // normal
 
-// v with a largest component of 1 in magnitude; zero where it is zero, infinite or no number.
+// v divided by the magnitude of its largest component. The result is zero where v is zero, infinite or NaN.
 vec3 scaled(vec3 v)
 {
     float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
     return largest > 0.0 && largest <= 3.4e38 ? v / largest : vec3(0.0);
 }
 
-// The unit vector along v, where it has a direction.
+// The unit vector along v, or `otherwise` where v has no direction: where it is zero, infinite or NaN.
 vec3 unit(vec3 v, vec3 otherwise)
 {
     v = scaled(v);
@@ -32,7 +33,8 @@ vec3 unit(vec3 v, vec3 otherwise)
 
 void main()
 {
-    // The triangle's plane, by derivatives within it, turned towards the eye.
+    // `plane` is the normal of the triangle's plane, from the derivatives of the position, turned towards the eye. The
+    // interpolated position may lie beside the ray r through the pixel's centre, by `off_ray` in x and y.
 #ifdef ORTHOGRAPHIC
     vec3 r = vec3(0.0, 0.0, 1.0);
     vec2 off_ray = position.xy - slope(gl_FragCoord.xy);
@@ -40,8 +42,8 @@ void main()
     vec3 r = vec3(slope(gl_FragCoord.xy), 1.0);
     vec2 off_ray = position.xy - (near_far.x + position.z) * r.xy;
 #endif
-    // The cross product of what is scaled first over- and underflows at no size, nor beside a horizon, where a
-    // neighbour in this plane may lie millions of times as far away.
+    // Both derivatives are scaled before the cross product, which then neither overflows nor underflows, whatever the
+    // scene's size. Near a horizon one derivative can be millions of times as long as the other.
     vec3 plane = unit(cross(scaled(dFdx(position)), scaled(dFdy(position))), -normalize(r));
     float facing = dot(plane, r);
     if (facing > 0.0) {
@@ -49,14 +51,17 @@ void main()
         facing = -facing;
     }
 
-    // z = (n.Q) / (n.r), as the interpolated z and what moves it from Q onto the ray.
+    // The depth at which the ray r meets the plane through the interpolated position Q: z = (n.Q) / (n.r). It is
+    // computed as Q.z plus a correction that moves Q along the plane onto the ray.
     float z = near_far.x + (facing < 0.0 ? position.z + dot(plane.xy, off_ray) / facing : position.z);
-    // What is no number, far beyond the triangle on a plane that meets the ray nowhere, is near too.
+    // The depth is clamped to the view's. NaN arises where the ray does not meet the plane; the comparison is written
+    // so that NaN becomes the near depth.
     z = z > near_far.x ? min(z, near_far.y) : near_far.x;
 
 #ifdef NORMALS_VERTEX
     vec3 n = unit(smooth_normal, plane);
-    // To the side of the triangle that is seen; near a silhouette it may still lean away from the eye.
+    // The normal is turned to the side of the triangle that is seen. Near a silhouette it may still point away from
+    // the eye.
     n = dot(n, plane) < 0.0 ? -n : n;
 #else
     vec3 n = plane;

@@ -1,33 +1,34 @@
-// Horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9. Its float64 twin is src/reference/hbao.rs.
+// Horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9. The float64 twin is src/reference/hbao.rs.
 //
-// Compiled in, beside what the shared pieces say: BIAS, and one each of ATTENUATION_*, GROUNDING_*. FLOOR keeps every
-// fetch of depth and replaces what is computed from it by a sum: the least that this sampling can cost.
+// Compiled in, beside what the shared pieces list: BIAS where the angle bias is above 0, one of ATTENUATION_* and one
+// of GROUNDING_*. FLOOR is for measuring: every depth is still fetched, but what is computed from the depths is
+// replaced by their sum. The time of that shader is the least that this sampling can cost.
 out float out_0;
 
-// One direction's horizon, as far as it has been followed.
+// The horizon of one direction, after the samples taken so far.
 struct Horizon {
-    float sine;
-    float tangent;   // the sine of t(theta), or of the sample's own t_i
-    float previous;  // by how much the last sample accepted rose over it
-    float occlusion; // the sum of Eq. 6.2.9
+    float sine;      // sine of the horizon's elevation
+    float tangent;   // sine of t(theta), the direction's tangent, or of t_i, the tangent towards the last sample
+    float previous;  // the last accepted sample's sine, less the tangent's
+    float occlusion; // the sum of Eq. 6.2.9 so far
 };
 
-// Sample i = 1..N_S.
+// Takes sample i = 1..N_S into account.
 void look_at(inout Horizon h, Surface s, Direction d, int i)
 {
     Sample S = sample_at(s, d, i);
 #ifdef FLOOR
     h.occlusion += S.z;
 #else
-    // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
+    // Eq. 6.2.6 is the elevation's tangent. This is the elevation's sine, which orders the samples in the same way.
     float sine = -S.D.z * inversesqrt(S.squared);
     bool accepted = within(S) && sine > h.sine;
-    // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
+    // Eq. 6.2.9 uses the tangent towards each sample. Eq. 6.2.8 uses one tangent for the whole direction.
 #ifdef GROUNDING_SAMPLE
     h.tangent = sine_of_tangent(s, S.taken * pixel);
 #endif
     float rise = sine - h.tangent;
-    // Chosen rather than branched over: llvmpipe takes less time so.
+    // These are selections and not a branch, because llvmpipe takes less time that way.
     h.occlusion += accepted ? attenuation(S.squared) * (rise - h.previous) : 0.0;
     h.previous = accepted ? rise : h.previous;
     h.sine = accepted ? sine : h.sine;
@@ -47,7 +48,7 @@ void main()
     float occlusion = 0.0;
     for (int k = 0; k < N_D; ++k) {
         Direction d = direction(k, step_px, s.jitter);
-        // The horizon starts at the tangent, t(theta).
+        // The horizon starts at the direction's tangent, t(theta).
         float tangent = sine_of_tangent(s, along(d) * pixel);
         Horizon h = Horizon(tangent, tangent, 0.0, 0.0);
         EACH_STEP(LOOK_AT)

@@ -1,13 +1,14 @@
-// Micro-spheres (Shanmugam and Arikan 2007) and creases (Fox and Compton 2008) as ShaderX7 6.2 describes them: every
-// sample within R occludes by its solid angle, whatever stands before it. The float64 twin is
-// src/reference/microsphere.rs.
+// Micro-spheres (Shanmugam and Arikan 2007) and creases (Fox and Compton 2008) as ShaderX7 6.2 describes them. Every
+// sample within R occludes by its solid angle, even where other samples hide it from P.
+// The float64 twin is src/reference/microsphere.rs.
 //
-// Compiled in: CREASE, where every sample has the same solid angle.
+// Compiled in, beside what the shared pieces list: CREASE, where every sample has the same solid angle; and FLOOR, as
+// in hbao.frag.
 out float out_0;
 
 const float PI = 3.14159265358979;
 
-// What sample i = 1..N_S occludes, about the unit normal n.
+// The occlusion by sample i = 1..N_S of the surface s, whose unit normal is n.
 float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
 {
     Sample S = sample_at(s, d, i);
@@ -18,15 +19,15 @@ float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
 #ifdef CREASE
     const float solid_angles = 2.0 * PI / float(N_D * N_S);
 #else
-    // The sphere that a texel's pixel is wide: its radius rho, its solid angle Omega, and the m texels that the sample
-    // stands for.
+    // The sample stands for m texels. Each holds a sphere of radius rho, as wide as a texel is at the sample's depth,
+    // and of the solid angle Omega = 2 pi cap, seen from P.
 #ifdef ORTHOGRAPHIC
     float rho = 0.5 * pixel.y;
 #else
     float rho = 0.5 * S.z * pixel.y;
 #endif
     float sine = min(1.0, rho * inverse);
-    // 1 - sqrt(1 - x), without its cancellation where x is small.
+    // cap = 1 - sqrt(1 - sine^2), in a form that does not cancel where the sine is small.
     float cap = sine * sine / (1.0 + sqrt(1.0 - sine * sine));
     float m = 2.0 * PI * (s.jitter.z + float(i)) * step_px.x * step_px.y / float(N_D);
     float solid_angles = m * 2.0 * PI * cap;

@@ -1,11 +1,12 @@
-// One sample of depth and normal, and the mean of the colours: multisample textures made plain (ShaderX7 6.2,
-// Multisample antialiasing).
+// Turns multisample textures into textures with one value per pixel (ShaderX7 6.2, Multisample antialiasing). Depth and
+// normal are those of one sample, since a mean of several would belong to no surface. Colour is the mean of all
+// samples.
 //
-// Compiled in: SAMPLES.
+// Compiled in: SAMPLES, the samples per pixel.
 uniform sampler2DMS colour_samples;
 uniform sampler2DMS depth_samples;
 uniform sampler2DMS normal_samples;
-uniform int which; // the sample of depth and normal
+uniform int which; // the index of the sample whose depth and normal are kept
 
 out vec4 out_0; // colour
 out float out_1; // linear depth

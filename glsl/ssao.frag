@@ -1,13 +1,14 @@
-// Screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of open space among points about P. Its
-// float64 twin is src/reference/ssao.rs.
+// Screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of points around P that lie in open space,
+// in front of the surface seen there. The float64 twin is src/reference/ssao.rs.
 //
-// Compiled in: N_SAMPLES and their LENGTHS l_i, one of ROTATION_*, and where they are on HALF_DEPTH, NORMALS, CURVE.
-// FLOOR keeps every fetch of depth and replaces what is computed from it by a sum.
+// Compiled in: N_SAMPLES, the number of points; LENGTHS, the lengths l_i of their offsets from P; one of ROTATION_*;
+// HALF_DEPTH, NORMALS and CURVE, each where that setting is on; and FLOOR, as in hbao.frag.
 out float out_0;
 
 #ifdef HALF_DEPTH
 uniform sampler2DRect half_depth_image;
-// The pixel x reads the half texel floor(x / 2): half of a centre lies a quarter off that texel's border.
+// Pixel number x reads texel floor(x / 2) of the half-size image. 0.5 * (x + 0.5) lies 1/4 or 3/4 of a texel into that
+// texel, so rounding cannot move it to a neighbour.
 float sample_depth_at(vec2 q) { return texture(half_depth_image, 0.5 * pixel_of(q)).r; }
 #else
 float sample_depth_at(vec2 q) { return depth_at(q); }
@@ -15,14 +16,14 @@ float sample_depth_at(vec2 q) { return depth_at(q); }
 
 const float lengths[N_SAMPLES] = float[N_SAMPLES](LENGTHS);
 
-// Randomly rotated kernel: the columns that turn an offset by the tile's vector.
+// The matrix that turns an offset by v, a unit vector from the tile (6.1, Randomly rotated kernel).
 mat3 turned_by(vec3 v)
 {
 #ifdef ROTATION_MIRROR
-    // Future improvements: mirrored at the plane with normal v, o - 2 (o.v) v.
+    // 6.1, Future improvements: the offset o is reflected in the plane with the normal v, o - 2 (o.v) v.
     return mat3(1.0) - 2.0 * outerProduct(v, v);
 #else
-    // The rotation that carries (0, 0, 1) to v. v.z >= 0 in the tile, so h is never singular.
+    // The rotation that carries (0, 0, 1) to v. The tile has v.z >= 0 only, so the division is never by 0.
     float h = 1.0 / (1.0 + v.z);
     return mat3(h * v.y * v.y + v.z, -h * v.x * v.y, -v.x,
                 -h * v.x * v.y, h * v.x * v.x + v.z, -v.y,
@@ -39,8 +40,10 @@ void main()
     mat3 turn = turned_by(vec3(0.0, 0.0, 1.0));
 #endif
 
-    // SSAO pixel shader: offsets are a cube's corners, x outermost and z innermost, of lengths l_i. Two corners lie on
-    // a diagonal, so four are turned, once for all octets. In texels, and depth by 2 P.z.
+    // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i. Sample i uses corner
+    // i % 8; x changes its sign most slowly, z fastest. Opposite corners lie on one diagonal, so four diagonals, turned
+    // once, serve all samples. An offset's x and y are texture coordinates, and its z is in units of 2 P.z; `scale`
+    // converts them to texels and scene units.
     vec3 scale = vec3(extent, 2.0 * s.z) * inversesqrt(3.0);
     vec3 diagonals[4] = vec3[4](scale * (turn[0] + turn[1] + turn[2]), scale * (turn[0] + turn[1] - turn[2]),
                                 scale * (turn[0] - turn[1] + turn[2]), scale * (turn[0] - turn[1] - turn[2]));
@@ -51,8 +54,9 @@ void main()
         vec3 diagonal = diagonals[min(corner, 7 - corner)];
         float along = corner < 4 ? -lengths[i] : lengths[i];
 #ifdef NORMALS
-        // Future improvements: no sample behind the surface. The sign of n.(Q - P) decides, Q the point at the sample's
-        // depth on the ray through its position; in perspective it is taken over P.z.
+        // 6.1, Future improvements: no sample lies behind the surface. Q is the point at the sample's depth on the ray
+        // through the sample's position. Where n.(Q - P) is negative, the offset is reversed. In perspective the
+        // product is divided by P.z, which leaves its sign.
         float rise = dot(s.n.xy, diagonal.xy * pixel);
 #ifdef ORTHOGRAPHIC
         float towards = along * (rise - diagonal.z * s.facing);
@@ -63,7 +67,8 @@ void main()
         along = towards < 0.0 ? -along : along;
 #endif
         vec3 offset = along * diagonal;
-        // The nearest texel. Beyond the border the sampler clamps, but to pixels, of which a texel may be several.
+        // The sample reads the nearest texel. Beyond the border the sampler clamps the position to a pixel. That is
+        // enough at full resolution only: where a texel stands for several pixels, it must be clamped to a texel first.
         vec2 q = s.p + floor(offset.xy + 0.5);
 #ifdef SCALE
         q = clamp(q, vec2(0.5), size - 0.5);
@@ -72,10 +77,11 @@ void main()
 #ifdef FLOOR
         accessibility += z;
 #else
-        // S.z > P.z + offset, as rises above P: no sum in which most of the offset's digits are lost.
+        // The point is open where S.z > P.z + offset.z. Both sides are taken relative to P.z, since most digits of the
+        // offset would be lost in the sum.
         float rise_z = z - s.z;
         bool open = rise_z > offset.z || z >= background;
-        // Depth range check: 0.5 where the surface is too far in front of P.
+        // 6.1, depth range check: the sample counts 0.5 where the surface is too far in front of P.
         accessibility += mix(float(open), 0.5, clamp(-rise_z / z, 0.0, 1.0));
 #endif
     }

@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-/// What can go wrong. Each message is one line that says what is wrong, where, and what to do.
+/// What can go wrong. The message of each is one line that says what is wrong, where, and what to do about it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A setting, flag or size outside what is allowed. Nothing was attempted.
+    /// A setting, flag, size or argument is outside its allowed range. Nothing was attempted.
     #[error("{0}")]
     Usage(String),
-    /// No OpenGL 3.3 context could be had.
+    /// An OpenGL 3.3 core context could not be opened.
     #[error("{0}")]
     Context(String),
-    /// A model, material or settings file that cannot be read or makes no sense.
+    /// A model, material, image or settings file cannot be read, or its contents are invalid.
     #[error("{}: {what}", path.display())]
     Input {
         /// The file.
@@ -20,45 +20,49 @@ pub enum Error {
         /// What is wrong with it, and where in it.
         what: String,
     },
-    /// A file that cannot be written. Nothing is left under its name.
+    /// A file cannot be written. An earlier file of that name is left as it was, and no part of the new one remains.
     #[error("cannot write {}: {what}", path.display())]
     Output {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Why it cannot be written.
         what: String,
     },
-    /// The driver refused something: a shader, a framebuffer, an allocation.
+    /// The driver refused a shader, a framebuffer, an allocation or a call.
     #[error("OpenGL: {place}: {what}")]
+    #[non_exhaustive]
     Gl {
-        /// The pass or object.
+        /// The pass or object at which OpenGL refused.
         place: String,
-        /// The driver's words.
+        /// What the driver reported, or what this library found wrong.
         what: String,
-        /// What the library itself goes by.
+        /// The reason in a form that the library itself can test.
         #[doc(hidden)]
         cause: GlCause,
     },
 }
 
-/// Why OpenGL refused, for the library to act on.
+/// Why OpenGL refused, in a form that the library can test. See [`crate::gl::is_refusal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GlCause {
-    /// An error's code.
+    /// The error code that `glGetError` returned.
     Code(u32),
-    /// No object was made, and no error says why.
+    /// The driver made no object and recorded no error.
     NoObject,
-    /// The place's own finding: a framebuffer that is incomplete, a shader that does not compile.
+    /// A failure that `glGetError` does not report: an incomplete framebuffer, or a shader that does not compile.
     Finding,
 }
 
 impl Error {
-    /// True where the request itself was wrong (exit code 2), false where carrying it out failed (exit code 1).
+    /// True if the request itself was wrong (exit code 2 of the command), false if carrying it out failed (exit code
+    /// 1).
+    #[must_use]
     pub fn is_usage(&self) -> bool {
         matches!(self, Error::Usage(_))
     }
 
-    /// Text of a file or a flag as it may appear in a message: on one line, printable and not too long.
+    /// Prepares text from a file or a flag for a message: escapes what is not printable, line ends included, and cuts
+    /// the text after 100 characters.
     pub(crate) fn shown(text: &str) -> String {
         const LONGEST: usize = 100;
         let cut = text.char_indices().nth(LONGEST).map(|(end, _)| end);

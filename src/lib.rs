@@ -11,9 +11,9 @@
 //!
 //! # Features
 //!
-//! Without any feature the crate is [`AmbientOcclusion`] and its settings alone. `render` adds contexts, scenes, images,
-//! the pipeline, the twins and the measurements. `cli` adds the command, and `flip` the error measure FLIP, which needs
-//! a C++ compiler. `cli` and `flip` are on by default.
+//! Without any feature the crate is [`AmbientOcclusion`] and its settings alone. `render` adds contexts, scenes, image
+//! files, the pipeline, the twins and the measurements. `cli` adds the command. `flip` adds the error measure FLIP,
+//! which needs a C++ compiler. `cli` and `flip` are on by default.
 //!
 //! # Conventions
 //!
@@ -22,7 +22,7 @@
 //! closed. Angles are radians here, and degrees on the command line and in files.
 #![doc = include_str!("embedding.md")]
 #![doc = include_str!("passes.md")]
-// Without `render` the rooms that the pipeline shares with the AO pass hold a few functions that only the pipeline calls.
+// The rooms that the pipeline shares with the AO pass hold a few functions that only the pipeline calls.
 #![cfg_attr(not(feature = "render"), allow(dead_code))]
 
 mod ambient_occlusion;

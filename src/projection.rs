@@ -1,16 +1,16 @@
 //! The projection of a view: how eye space becomes the picture.
 
-/// How eye space becomes the picture. Both kinds are centred: the picture's middle lies on the view's axis.
+/// How eye space is projected to the picture. The view's axis goes through the middle of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Rays start at the eye: at z = 1 the picture reaches from -tan to +tan of half its field of view.
+    /// Perspective: all rays start at the eye. At z = 1 the picture reaches from -tan(fov/2) to tan(fov/2) in x and y.
     Perspective {
-        /// tan(fov_x/2), above 0.
+        /// tan(fov_x/2), above 0; fov_x is the horizontal field of view.
         tan_half_fov_x: f64,
-        /// tan(fov_y/2), above 0.
+        /// tan(fov_y/2), above 0; fov_y is the vertical field of view.
         tan_half_fov_y: f64,
     },
-    /// Rays are parallel to the view's axis.
+    /// Orthographic: all rays are parallel.
     Orthographic {
         /// Half the picture's width in scene units, above 0.
         half_width: f64,

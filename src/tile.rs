@@ -1,6 +1,9 @@
-//! The 4x4 rotation tile of ShaderX7 6.2 (Directions and jittering): (cos a, sin a, b), a random angle below that
-//! between two directions and a random fraction of a step, repeated over the screen. For `ssao` it is 6.1's (Randomly
-//! rotated kernel): random unit vectors by which the offsets are turned.
+//! The 4x4 rotation tile, which is repeated over the screen and makes each pixel sample differently from its
+//! neighbours.
+//!
+//! It is that of ShaderX7 6.2 (Directions and jittering): each texel is (cos a, sin a, b), where a is a random angle,
+//! less than that between two directions, and b is a random fraction of a step. For `ssao` it is that of 6.1 (Randomly
+//! rotated kernel): each texel is a random unit vector, by which the offsets of the samples are turned.
 
 use crate::image::Image;
 use crate::settings::{Jitter, Settings, TileKind};
@@ -8,36 +11,42 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 use std::f64::consts::TAU;
 
-/// Fixed, so that every run and platform jitters alike.
+/// The seed of the random numbers. It is fixed so that the tile is the same in every run and on every platform.
 const SEED: u128 = 0x6862_616f_2008_0602;
 
-/// (cos a, sin a, b) with a uniform in [0, 2 pi / N_d) and b in [0, 1); a = b = 0 without jitter. For `ssao` unit
-/// vectors (x, y, z) uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter: those below would turn the
-/// offsets no further apart, and the rotation to (0, 0, -1) is not defined.
+/// The rotation tile for these settings, 4x4 texels. The pixel at the window position (x, y), with y up, uses texel
+/// (x mod 4, y mod 4). The tile is the same on every platform.
 ///
-/// The pixel at window position (x, y), y up, uses texel (x mod 4, y mod 4). The same on every platform.
+/// Each texel is (cos a, sin a, b), with a uniform in [0, 2 pi / N_d) and b uniform in [0, 1). Without jitter a = b =
+/// 0.
+///
+/// For `ssao` each texel is a unit vector (x, y, z), uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter.
+/// Vectors with z < 0 are left out because they would not vary the offsets any further, and because the rotation that
+/// carries (0, 0, 1) to (0, 0, -1) is not defined.
+#[must_use]
 pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
     let vectors = settings.method.facts().tile == TileKind::Vectors;
     if settings.jitter == Jitter::None {
         return Image::filled(4, 4, if vectors { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] });
     }
     let mut random = Pcg64Mcg::new(SEED);
-    // As many bits as float32 holds, so that b stays below 1 there.
+    // The numbers have 24 bits, as many as float32 holds, so that b is still below 1 when it is rounded to float32.
     let mut uniform = move || (random.next_u64() >> 40) as f64 / (1u64 << 24) as f64;
     Image::from_fn(4, 4, |_, _| {
         if vectors {
-            // Slices of equal height have equal areas on the sphere. The square root is exact on every platform.
+            // z is uniform because slices of a sphere that are equally high have equal areas. The square root is
+            // correctly rounded on every platform.
             let (a, z) = (uniform() * TAU, uniform());
             let across = (1.0 - z * z).sqrt();
             return [across * libm::cos(a), across * libm::sin(a), z].map(|c| c as f32);
         }
         let a = uniform() * TAU / f64::from(settings.directions);
-        // libm's sine is the same everywhere; the standard library's is the platform's.
+        // libm's sine is the same everywhere. The standard library's depends on the platform.
         [libm::cos(a) as f32, libm::sin(a) as f32, uniform() as f32]
     })
 }
 
-/// The unit vectors at angles 2 pi k / `count`.
+/// The unit vectors at the angles 2 pi k / `count`, for k = 0, 1, ..., `count` - 1.
 pub(crate) fn directions(count: u32) -> Vec<[f64; 2]> {
     let angle = |k: u32| TAU * f64::from(k) / f64::from(count);
     (0..count).map(|k| [libm::cos(angle(k)), libm::sin(angle(k))]).collect()
@@ -61,8 +70,8 @@ mod tests {
         for (i, v) in tile.iter().enumerate() {
             assert!(tile[..i].iter().all(|other| other.distance(*v) > 0.01), "two texels are alike: {tile:?}");
         }
-        // Of 16 uniform over the hemisphere the mean z is 1/2 to within 1/sqrt(12 * 16) or so, and x and y stand
-        // within 1/sqrt(3 * 16) or so of 0.
+        // The mean of 16 vectors that are uniform over the hemisphere has z = 1/2 with a standard deviation of
+        // 1/sqrt(12 * 16), and x = y = 0 with a standard deviation of 1/sqrt(3 * 16) each.
         let mean = tile.iter().sum::<DVec3>() / 16.0;
         assert!((mean.z - 0.5).abs() < 0.22 && mean.truncate().length() < 0.5, "{mean}");
         assert_eq!(vectors(Jitter::None), [DVec3::Z; 16]);

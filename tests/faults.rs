@@ -4,10 +4,14 @@
 //! What needs a disk of its own is done in a mount namespace, where the machine lets one be made.
 #![cfg(target_os = "linux")]
 
+#[path = "rig/command.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod command;
 #[path = "rig/process.rs"]
 #[allow(dead_code, unreachable_pub)]
 mod process;
 
+use command::{HBAO, by, hbao, with_shader_cache};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Read as _, Write as _};
@@ -18,26 +22,22 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-const HBAO: &str = env!("CARGO_BIN_EXE_hbao");
-
 /// A scene for stdin: the command waits for it, once it has looked at everything else.
 const SCENE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\n";
 
 /// Small pictures of few samples. Nine files: the output, seven in the folder, and the times.
 const DUMP: &str = "render /dev/stdin -o out.png --dump dump --timings times.json --directions 2 --steps 2 --blur 3";
 
-/// `program` with these arguments in a folder, with one thread and shaders out of a cache on the disk: what is tested
-/// lies before and after the rendering.
-fn command(folder: &Path, program: &str, arguments: &str) -> Command {
-    let mut command = Command::new(program);
-    command.current_dir(folder).args(arguments.split_whitespace());
-    command.env_remove("MESA_SHADER_CACHE_DISABLE").env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
-    command.env("LP_NUM_THREADS", "1").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+/// A command that is spoken to over pipes, with shaders out of a cache on the disk: what is tested lies before and after
+/// the rendering.
+fn with_pipes(mut command: Command) -> Command {
+    with_shader_cache(&mut command);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
 fn start(folder: &Path, arguments: &str) -> Child {
-    command(folder, HBAO, arguments).spawn().unwrap()
+    with_pipes(hbao(folder, arguments)).spawn().unwrap()
 }
 
 /// Hands over the scene and waits for the end.
@@ -320,7 +320,7 @@ mod disks {
         } else {
             &["--user", "--map-root-user"]
         };
-        let mut all = command(folder.path(), "unshare", "");
+        let mut all = with_pipes(by("unshare", folder.path()));
         all.args(user).args(["--mount", "sh", "-c", &script, HBAO]).args(arguments.split_whitespace());
         let output = match all.output() {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -407,7 +407,7 @@ mod disks {
             for old in [false, true] {
                 let folder = if old { with_old_files(&new) } else { tempfile::tempdir().unwrap() };
                 let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
-                let mut limited = command(folder.path(), "sh", "");
+                let mut limited = with_pipes(by("sh", folder.path()));
                 // Nor could a cache be written.
                 limited.env("MESA_SHADER_CACHE_DISABLE", "true");
                 limited.args(["-c", &script, HBAO]).args(arguments.split_whitespace());
@@ -553,7 +553,7 @@ mod streams {
     ];
 
     fn in_shell(folder: &Path, arguments: &str, redirection: &str) -> Output {
-        let mut shell = command(folder, "sh", "");
+        let mut shell = with_pipes(by("sh", folder));
         shell.args(["-c", &format!("\"$0\" \"$@\" {redirection}"), HBAO]).args(arguments.split_whitespace());
         shell.stdin(Stdio::null()).output().unwrap()
     }
@@ -577,7 +577,7 @@ mod streams {
             let folder = tempfile::tempdir().unwrap();
             let (reader, writer) = std::io::pipe().unwrap();
             drop(reader);
-            let mut all = command(folder.path(), HBAO, verb);
+            let mut all = with_pipes(hbao(folder.path(), verb));
             let status = all.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer).status().unwrap();
             assert_eq!(status.code(), Some(i32::from(fails)), "{verb}");
         }
@@ -603,7 +603,7 @@ fn without_any_opengl_library_it_fails_in_one_line_and_leaves_nothing() {
     }
     for backend in ["auto", "egl", "osmesa"] {
         let folder = tempfile::tempdir().unwrap();
-        let mut all = command(folder.path(), HBAO, &format!("{DUMP} --backend {backend}"));
+        let mut all = with_pipes(hbao(folder.path(), &format!("{DUMP} --backend {backend}")));
         let output = finish(all.env("LD_LIBRARY_PATH", libraries.path()).spawn().unwrap());
         let text = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code() == Some(1) && text.lines().count() == 1, "{text}");

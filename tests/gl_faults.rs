@@ -362,7 +362,7 @@ fn places(bench: &Bench, scenario: &Scenario, entry: &'static str) -> Vec<String
 }
 
 /// Putting the program in use again is how transform feedback shows, which is told as that.
-const SAVING: &str = "ambient occlusion: transform feedback is under way: end it first";
+const SAVING: &str = "ambient occlusion: transform feedback is active: call glEndTransformFeedback first";
 const PUT_BACK: &str = "putting the application's state back";
 
 /// The passes in their order, each by what it draws, and every image and buffer: of everything with four samples, and

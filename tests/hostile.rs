@@ -3,9 +3,13 @@
 
 #[path = "hostile/promises.rs"]
 mod promises;
+#[path = "rig/random.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod random;
 
 use glam::DVec3;
 use hbao::scene::Mesh;
+use random::Draw;
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -30,20 +34,6 @@ fn cases(default: u64) -> u64 {
     std::env::var("HBAO_FUZZ_CASES").map_or(default, |cases| cases.parse().unwrap())
 }
 
-/// Numbers below the one asked for, the same ones for the same seed.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        ((self.0 >> 33) % end.max(1) as u64) as usize
-    }
-
-    fn of<'a, T>(&mut self, choices: &'a [T]) -> &'a T {
-        &choices[self.below(choices.len())]
-    }
-}
-
 /// The words of the fuzzer's dictionary, a quoted string a line.
 fn dictionary() -> Vec<Vec<u8>> {
     let text = fs::read_to_string(tests().join("hostile/dictionary")).unwrap();
@@ -65,44 +55,44 @@ fn dictionary() -> Vec<Vec<u8>> {
 }
 
 /// A file of the corpus with up to six changes: bytes, words, whole stretches, another file's lines.
-fn mutated(files: &[(String, Vec<u8>)], words: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
-    let mut bytes = chance.of(files).1.clone();
-    for _ in 0..1 + chance.below(6) {
-        let at = chance.below(bytes.len() + 1);
-        let end = at + chance.below((bytes.len() - at).min(40) + 1);
-        match chance.below(9) {
-            0 if at < bytes.len() => bytes[at] ^= 1 << chance.below(8),
-            1 if at < bytes.len() => bytes[at] = chance.below(256) as u8,
+fn mutated(files: &[(String, Vec<u8>)], words: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
+    let mut bytes = draw.one(files).1.clone();
+    for _ in 0..1 + draw.below(6) {
+        let at = draw.below(bytes.len() + 1);
+        let end = at + draw.below((bytes.len() - at).min(40) + 1);
+        match draw.below(9) {
+            0 if at < bytes.len() => bytes[at] ^= 1 << draw.below(8),
+            1 if at < bytes.len() => bytes[at] = draw.below(256) as u8,
             2 => drop(bytes.drain(at..end)),
-            3 => drop(bytes.splice(at..at, chance.of(words).iter().copied())),
+            3 => drop(bytes.splice(at..at, draw.one(words).iter().copied())),
             4 => {
                 // In place of the word there.
                 let space = |byte: &u8| byte.is_ascii_whitespace() || b"/=[]".contains(byte);
                 let start = bytes[..at].iter().rposition(space).map_or(0, |place| place + 1);
                 let end = bytes[at..].iter().position(space).map_or(bytes.len(), |place| at + place);
-                drop(bytes.splice(start..end, chance.of(words).iter().copied()));
+                drop(bytes.splice(start..end, draw.one(words).iter().copied()));
             }
             5 => {
-                let most = if chance.below(20) == 0 { 3000 } else { 5 };
-                let part = bytes[at..end].repeat(1 + chance.below(most));
+                let most = if draw.below(20) == 0 { 3000 } else { 5 };
+                let part = bytes[at..end].repeat(1 + draw.below(most));
                 drop(bytes.splice(at..at, part));
             }
             6 => {
-                let other = &chance.of(files).1;
-                let cut = chance.below(other.len() + 1);
+                let other = &draw.one(files).1;
+                let cut = draw.below(other.len() + 1);
                 bytes.truncate(at);
                 bytes.extend_from_slice(&other[cut..]);
             }
             7 => {
                 let mut lines: Vec<Vec<u8>> =
                     bytes.split_inclusive(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect();
-                let (one, other) = (chance.below(lines.len()), chance.below(lines.len()));
+                let (one, other) = (draw.below(lines.len()), draw.below(lines.len()));
                 if one != other {
                     lines.swap(one, other);
                 }
                 bytes = lines.concat();
             }
-            8 if chance.below(4) == 0 => bytes.truncate(at),
+            8 if draw.below(4) == 0 => bytes.truncate(at),
             _ => {}
         }
     }
@@ -134,9 +124,9 @@ fn hold(folder: &str, seed: u64, default: u64, promise: impl Fn(&[u8]) -> bool) 
         }
     }
     assert!(otherwise.is_empty(), "not as their names say:\n{}", otherwise.join("\n"));
-    let (cases, mut chance) = (cases(default), Chance(seed));
+    let (cases, mut draw) = (cases(default), Draw::new(seed.into()));
     for _ in 0..cases {
-        let bytes = mutated(&files, &words, &mut chance);
+        let bytes = mutated(&files, &words, &mut draw);
         let _tried = Tried(&bytes);
         accepted += u64::from(promise(&bytes));
     }
@@ -175,18 +165,18 @@ fn a_picture_is_read_or_refused_in_one_line() {
 
 #[test]
 fn models_that_tobj_reads_too_are_read_as_it_reads_them() {
-    let mut chance = Chance(5);
+    let mut draw = Draw::new(5);
     for _ in 0..300 {
         let mut text = String::new();
-        let (positions, normals) = (3 + chance.below(9), 1 + chance.below(4));
-        let number = |chance: &mut Chance| (chance.below(2001) as f64 - 1000.0) / 7.0;
+        let (positions, normals) = (3 + draw.below(9), 1 + draw.below(4));
+        let number = |draw: &mut Draw| (draw.below(2001) as f64 - 1000.0) / 7.0;
         for keyword in std::iter::repeat_n("v", positions).chain(std::iter::repeat_n("vn", normals)) {
-            let [x, y, z] = std::array::from_fn(|_| number(&mut chance));
+            let [x, y, z] = std::array::from_fn(|_| number(&mut draw));
             text += &format!("{keyword} {x} {y} {z:e}\n");
         }
-        for _ in 0..1 + chance.below(12) {
+        for _ in 0..1 + draw.below(12) {
             let mut index = |count: usize| {
-                let i = 1 + chance.below(count) as i64;
+                let i = 1 + draw.below(count) as i64;
                 if i % 3 == 0 { i - count as i64 - 1 } else { i }
             };
             text += "f";

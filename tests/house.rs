@@ -1,6 +1,7 @@
 //! The tree keeps the rules that make it easy to find one's way in.
 
-use std::collections::BTreeSet;
+use hbao::settings::Method;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,81 +32,287 @@ fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap()
 }
 
-/// What a file of the library uses of the crate: the first segment of each `crate::` path, nested braces included.
-fn used(text: &str) -> BTreeSet<String> {
-    let mut used = BTreeSet::new();
-    for line in text.lines().filter(|line| !line.trim_start().starts_with("//")) {
-        for rest in line.split("crate::").skip(1) {
-            let first = |path: &str| {
-                let path = path.trim_start();
-                path[..path.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(path.len())].to_string()
-            };
-            match rest.strip_prefix('{') {
-                Some(list) => used.extend(list.split('}').next().unwrap().split(',').map(first)),
-                None => _ = used.insert(first(rest)),
+/// The text of a Rust file without its comments, strings and unit tests.
+fn code(text: &str) -> String {
+    let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+    let mut code = String::new();
+    let mut in_string = false;
+    for line in text.lines() {
+        let mut characters = line.chars().peekable();
+        while let Some(c) = characters.next() {
+            match c {
+                '\\' if in_string => _ = characters.next(),
+                '"' => in_string = !in_string,
+                _ if in_string => {}
+                '\'' if characters.peek() == Some(&'"') => _ = characters.next(),
+                '/' if characters.peek() == Some(&'/') => break,
+                _ => code.push(c),
+            }
+        }
+        code.push('\n');
+    }
+    code
+}
+
+/// The paths of a `use` tree, nested braces too: `a::{b, c::{d, e}}` is a::b, a::c::d and a::c::e. What is imported
+/// under another name is told by its own.
+fn leaves(tree: &str) -> Vec<String> {
+    let tree = tree.trim();
+    let Some(open) = tree.find('{') else {
+        let path = tree.split(" as ").next().unwrap().trim();
+        return if path.is_empty() { Vec::new() } else { vec![path.to_string()] };
+    };
+    let (prefix, list) = (
+        &tree[..open],
+        tree[open + 1..].trim_end().strip_suffix('}').unwrap_or_else(|| panic!("no import: use {tree}")),
+    );
+    let (mut depth, mut start, mut parts) = (0, 0, Vec::new());
+    for (at, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(&list[start..at]);
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&list[start..]);
+    parts.into_iter().flat_map(leaves).map(|leaf| format!("{prefix}{leaf}").replace(' ', "")).collect()
+}
+
+/// The paths that a file's code imports with `use`, and those that it writes out. `again`: only those that it exports
+/// again.
+fn paths(code: &str, again: bool) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut rest = code;
+    while let Some(at) = rest.find("use ") {
+        let before = rest[..at].lines().last().unwrap_or("").trim();
+        let after = &rest[at + 4..];
+        let end = after.find(';').unwrap_or(after.len());
+        let exported = before == "pub" || before.starts_with("pub(") && before.ends_with(')');
+        if (before.is_empty() || exported) && (exported || !again) {
+            found.extend(leaves(&after[..end].replace('\n', " ")));
+        }
+        rest = &after[end..];
+    }
+    if !again {
+        for start in ["crate::", "super::"] {
+            for (at, _) in code.match_indices(start) {
+                let whole = code[..at].chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != ':');
+                let end = code[at..].find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':');
+                let path = code[at..at + end.unwrap_or(code.len() - at)].trim_end_matches(':');
+                if whole && path.contains("::") {
+                    found.push(path.to_string());
+                }
             }
         }
     }
-    used
+    found
 }
 
-/// Asserts that the files below `folder` use nothing of the crate but `allowed`.
-#[track_caller]
-fn uses_only(folder: &str, allowed: &[&str]) {
-    for path in files(folder).iter().filter(|path| path.ends_with(".rs")) {
-        for name in used(&read(path)) {
-            assert!(allowed.contains(&name.as_str()), "{path} uses crate::{name}; {folder} may use {allowed:?}");
+/// The modules of the crate and of the command, which are one tree: their paths, and the files' code. The root has the
+/// empty path and is both `lib.rs` and `main.rs`.
+struct Modules(BTreeMap<Vec<String>, (String, String)>);
+
+impl Modules {
+    fn read() -> Modules {
+        let mut modules = BTreeMap::from([(Vec::new(), ("src/lib.rs".to_string(), code(&read("src/lib.rs"))))]);
+        for file in files("src").into_iter().filter(|file| file.ends_with(".rs")) {
+            let name = file.strip_prefix("src/").unwrap().strip_suffix(".rs").unwrap();
+            let path: Vec<String> = name.trim_end_matches("/mod").split('/').map(String::from).collect();
+            if name != "lib" && name != "main" {
+                let text = code(&read(&file));
+                modules.insert(path, (file, text));
+            }
         }
+        Modules(modules)
     }
+
+    /// The module that a path written in `from` leads to. Names that a module exports again lead on to where they come
+    /// from. None where the path leads out of the crate.
+    fn resolve(&self, from: &[String], path: &str) -> Option<Vec<String>> {
+        let mut segments: Vec<&str> = path.split("::").collect();
+        let mut at = match *segments.first()? {
+            "crate" | "hbao" => Vec::new(),
+            "self" => from.to_vec(),
+            "super" => from[..from.len().checked_sub(1)?].to_vec(),
+            first => {
+                // A child, in a path without a start.
+                let child = [from, &[first.to_string()]].concat();
+                if !self.0.contains_key(&child) {
+                    return None;
+                }
+                segments.insert(0, "self");
+                from.to_vec()
+            }
+        };
+        for (i, segment) in segments.iter().enumerate().skip(1) {
+            if *segment == "super" {
+                at.pop();
+                continue;
+            }
+            let child = [at.as_slice(), &[segment.to_string()]].concat();
+            if self.0.contains_key(&child) {
+                at = child;
+                continue;
+            }
+            let (_, text) = &self.0[&at];
+            let last = |path: &String| path.rsplit("::").next() == Some(segment);
+            let exported = paths(text, true).into_iter().find(|path| last(path));
+            return match exported.filter(|exported| *exported != segments[i..].join("::")) {
+                Some(exported) => self.resolve(&at, &exported).or(Some(at)),
+                None => Some(at),
+            };
+        }
+        Some(at)
+    }
+
+    /// The modules that each module imports from, itself aside.
+    fn imports(&self) -> BTreeMap<&[String], BTreeSet<Vec<String>>> {
+        let of = |(path, (_, text)): (&Vec<String>, &(String, String))| {
+            let found = paths(text, false).iter().filter_map(|written| self.resolve(path, written)).collect();
+            found
+        };
+        self.0.iter().map(|entry| (entry.0.as_slice(), of(entry))).collect()
+    }
+}
+
+/// The room of a module: the first part of its path.
+fn room(path: &[String]) -> &str {
+    path.first().map_or("", String::as_str)
+}
+
+/// The float64 twin of a shader, both of which name each other.
+fn assert_twins(shader: &str) {
+    let (shader, twin) = (format!("glsl/{shader}.frag"), format!("src/reference/{shader}.rs"));
+    assert!(root().join(&twin).is_file(), "{shader} has no twin {twin}");
+    let text = read(&shader);
+    let first_lines: Vec<&str> = text.lines().take_while(|line| line.starts_with("//")).collect();
+    let comment = first_lines.join(" ").replace("// ", "");
+    assert!(comment.contains(&twin), "{shader} does not name its twin {twin}: {comment}");
+    assert!(read(&twin).contains(&shader), "{twin} does not name its shader {shader}");
 }
 
 #[test]
 fn every_shader_has_its_pass_and_every_pass_that_computes_has_its_twin() {
-    // What only moves or marks texels has nothing to be compared with.
+    // These passes move or mark texels and compute nothing that a twin could be compared with.
     const WITHOUT_TWIN: [&str; 5] = ["background", "composite", "half_depth", "probe", "resolve"];
-    let shaders: Vec<String> =
-        files("glsl").iter().filter_map(|path| Some(path.strip_suffix(".frag")?.into())).collect();
-    assert!(shaders.contains(&"glsl/hbao".into()) && shaders.contains(&"glsl/blur".into()));
-    for shader in shaders {
-        let name = shader.strip_prefix("glsl/").unwrap();
-        let pass = format!("src/pass/{name}.rs");
-        assert!(root().join(&pass).is_file(), "{shader}.frag has no {pass}");
-        assert!(read(&pass).contains(&format!("source!(\"{name}.frag\")")), "{pass} does not use its shader");
-        if !WITHOUT_TWIN.contains(&name) {
-            let twin = format!("src/reference/{name}.rs");
-            assert!(root().join(&twin).is_file(), "{shader}.frag has no twin {twin}");
-            let text = read(&format!("{shader}.frag"));
-            let first_lines: Vec<&str> = text.lines().take_while(|line| line.starts_with("//")).collect();
-            let comment = first_lines.join(" ").replace("// ", "");
-            assert!(comment.contains(&twin), "{shader}.frag does not name its twin {twin}: {comment}");
-            assert!(read(&twin).contains(&format!("glsl/{name}.frag")), "{twin} does not name its shader");
+    let of_methods: BTreeSet<&str> =
+        Method::ALL.iter().filter_map(|method| method.facts().shader.last()).copied().collect();
+    let shaders: Vec<String> = files("glsl")
+        .iter()
+        .filter_map(|path| Some(path.strip_prefix("glsl/")?.strip_suffix(".frag")?.into()))
+        .collect();
+    assert!(shaders.contains(&"hbao".into()) && shaders.contains(&"blur".into()));
+    for name in &shaders {
+        let file = format!("{name}.frag");
+        if !of_methods.contains(file.as_str()) {
+            let pass = format!("src/pass/{name}.rs");
+            assert!(root().join(&pass).is_file(), "glsl/{file} has no {pass} and belongs to no method");
+            assert!(read(&pass).contains(&format!("source!(\"{file}\")")), "{pass} does not use its shader");
+        }
+        if !WITHOUT_TWIN.contains(&name.as_str()) {
+            assert_twins(name);
+        }
+    }
+    for shader in of_methods {
+        assert!(shaders.iter().any(|name| format!("{name}.frag") == shader), "glsl/{shader} is missing");
+    }
+}
+
+#[test]
+fn rooms_import_only_the_rooms_below_them() {
+    // What each room may import of the others. The root stands for the library's error type and its macros.
+    const RENDERING: [&str; 8] =
+        ["ambient_occlusion", "gl", "pipeline", "scene", "image", "settings", "projection", "tile"];
+    let allowed = |room: &str| -> Vec<&str> {
+        match room {
+            "" => return Vec::new(),
+            "error" | "projection" => vec![],
+            "settings" | "context" => vec!["error"],
+            "image" => vec!["error"],
+            "tile" => vec!["image", "settings"],
+            "scene" => vec!["error", "projection"],
+            "reference" => vec!["error", "projection", "scene", "image", "settings"],
+            "gl" => vec!["error"],
+            "pass" => vec!["error", "gl", "projection", "scene", "settings", "tile"],
+            "ambient_occlusion" => vec!["error", "gl", "pass", "image", "projection", "settings"],
+            "pipeline" => {
+                vec!["error", "ambient_occlusion", "gl", "pass", "image", "projection", "scene", "settings"]
+            }
+            // It sees images, numbers and a way to render, and never a shader.
+            "measure" => [&["error", "reference", "pass"], RENDERING.as_slice()].concat(),
+            "report" => {
+                [&["error", "measure", "reference", "context", "pass", "terminal", "picture"], RENDERING.as_slice()]
+                    .concat()
+            }
+            "picture" => [&["error"], RENDERING.as_slice()].concat(),
+            "terminal" => vec!["error"],
+            "cli" => [
+                &["error", "measure", "reference", "context", "pass", "terminal", "picture", "report"],
+                RENDERING.as_slice(),
+            ]
+            .concat(),
+            other => panic!("the room src/{other} has no place in the order of rooms: give it one here"),
+        }
+    };
+    let modules = Modules::read();
+    for (path, imports) in modules.imports() {
+        for import in imports.iter().filter(|import| !import.is_empty() && room(import) != room(path)) {
+            let allowed = allowed(room(path));
+            assert!(
+                room(path).is_empty() || allowed.contains(&room(import)),
+                "{} imports {}; the room {} may import {allowed:?}",
+                modules.0[path].0,
+                modules.0[import].0,
+                room(path),
+            );
         }
     }
 }
 
 #[test]
-fn the_reference_imports_no_opengl_and_no_shader() {
-    uses_only("src/reference", &["scene", "image", "settings", "reference", "Error"]);
-    for path in files("src/reference") {
-        assert!(!read(&path).contains("glow"), "{path}");
+fn no_two_files_import_each_other_by_whatever_way_round() {
+    let modules = Modules::read();
+    let imports = modules.imports();
+    // A module and the modules inside it are one thing: only what stands side by side can go round in a circle.
+    let related = |a: &[String], b: &[String]| a.starts_with(b) || b.starts_with(a);
+    let next = |path: &[String]| -> Vec<&[String]> {
+        let all = imports[path].iter().filter(|import| !related(path, import));
+        all.map(Vec::as_slice).collect()
+    };
+    for start in imports.keys() {
+        // The way from a module to each that can be reached from it.
+        let mut ways: BTreeMap<&[String], Vec<&[String]>> = BTreeMap::new();
+        let mut open: Vec<(&[String], Vec<&[String]>)> = vec![(start, vec![start])];
+        while let Some((at, way)) = open.pop() {
+            for import in next(at) {
+                let way = [way.as_slice(), &[import]].concat();
+                let files: Vec<&str> = way.iter().map(|path| modules.0[*path].0.as_str()).collect();
+                assert!(import != *start, "these files import each other in a circle: {}", files.join(" -> "));
+                if !ways.contains_key(import) {
+                    ways.insert(import, way.clone());
+                    open.push((import, way));
+                }
+            }
+        }
     }
 }
 
 #[test]
-fn scenes_images_and_settings_know_nothing_of_rendering() {
-    uses_only("src/scene", &["scene", "settings", "Error"]);
-    uses_only("src/image", &["image", "settings", "Error"]);
-    assert_eq!(used(&read("src/settings.rs")), BTreeSet::from(["Error".into()]));
-    uses_only("src/settings", &["settings", "Error"]);
+fn the_reference_knows_no_opengl() {
+    for path in files("src/reference").iter().filter(|path| path.ends_with(".rs")) {
+        assert!(!read(path).contains("glow"), "{path}");
+    }
 }
 
 #[test]
-fn nothing_imports_the_command_or_the_viewer() {
-    for path in files("src") {
-        if !path.starts_with("src/cli") && !path.starts_with("src/viewer") && path != "src/main.rs" {
-            for room in ["cli", "viewer"] {
-                assert!(!used(&read(&path)).contains(room), "{path} imports {room}");
-            }
+fn every_verb_of_the_command_and_the_report_stay_out_of_the_library() {
+    for text in [read("src/lib.rs")] {
+        for room in ["cli", "report", "viewer"] {
+            assert!(!code(&text).contains(&format!("mod {room};")), "the library holds {room}");
         }
     }
 }
@@ -165,6 +372,13 @@ fn the_top_level_holds_only_what_belongs_there() {
 
 #[test]
 fn the_rules_would_notice_an_import() {
-    let text = "use crate::{gl, Error};\n// crate::cli\nfn f() { crate::pass::hbao::f() }\npub(crate) fn g() {}";
-    assert_eq!(used(text), ["Error", "gl", "pass"].map(String::from).into());
+    let text = "use crate::{gl, a::{B, c::{d, self}}, Error as E};\n// use crate::cli\nfn f() { crate::pass::hbao::f(\"crate::x\") }\n\
+                pub(crate) use super::method::{A};\npub(crate) fn g() {}\n#[cfg(test)]\nmod tests { use crate::no; }";
+    let text = code(text);
+    let found = ["crate::gl", "crate::a::B", "crate::a::c::d", "crate::a::c::self", "crate::Error", "super::method::A"];
+    for path in found.into_iter().chain(["crate::pass::hbao::f"]) {
+        assert!(paths(&text, false).iter().any(|one| one == path), "{path} of {:?}", paths(&text, false));
+    }
+    assert!(!paths(&text, false).iter().any(|path| path.contains("cli") || path.contains("no") || path.contains("x")));
+    assert_eq!(paths(&text, true), ["super::method::A"]);
 }

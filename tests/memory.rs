@@ -2,9 +2,14 @@
 //! allocator, so that gigabytes can be read without a disk:
 //! `HBAO_JUNK_MB=2048 cargo test --test memory -- --nocapture` reads 2 GB of each kind.
 
+#[path = "rig/random.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod random;
+
 use hbao::Error;
 use hbao::image::{exr, png};
 use hbao::scene::Mesh;
+use random::Draw;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{self, BufReader, Read};
 use std::path::Path;
@@ -69,7 +74,7 @@ struct Junk {
     over: Vec<u8>,
     at: usize,
     left: usize,
-    state: u64,
+    draw: Draw,
 }
 
 impl Junk {
@@ -79,7 +84,7 @@ impl Junk {
             over: over.into(),
             at: 0,
             left: length - length % over.len().max(1),
-            state: 1,
+            draw: Draw::new(1),
         })
     }
 }
@@ -96,9 +101,8 @@ impl Read for Junk {
         }
         for byte in &mut buffer[..length] {
             *byte = if self.over.is_empty() {
-                self.state = self.state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                 // Without the letters of the shortest statements, one of which would end the reading soon.
-                match (self.state >> 56) as u8 {
+                match self.draw.below(256) as u8 {
                     b'v' | b'f' | b'K' => b'_',
                     byte => byte,
                 }

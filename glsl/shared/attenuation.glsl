@@ -1,6 +1,8 @@
-// Compiled in: one of ATTENUATION_*.
+// The attenuation W of ShaderX7 6.2: how much a sample at the distance r from P occludes.
+//
+// Compiled in: one of ATTENUATION_QUADRATIC, ATTENUATION_LINEAR and ATTENUATION_NONE.
 
-// W(r), of r^2.
+// W(r) = 1 - r^2/R^2, 1 - r/R or 1. The argument is r^2.
 float attenuation(float squared)
 {
 #if defined(ATTENUATION_QUADRATIC)

@@ -1,8 +1,10 @@
-// Eye space: x right, y up, z forward. A pixel's surface point is z (x', y', 1), or (x', y', z) when orthographic.
-uniform vec2 size;  // of the target, in texels
-uniform vec2 extent; // of the full image, in the target's texels: size, or half a texel less at half resolution
-uniform vec2 axis;  // where in the target the view's axis lies: its middle, at half resolution a quarter texel off
-uniform vec2 pixel; // what a texel adds to x' and y': 2 tan(fov/2) / size, orthographic 2 half_width / size
+// The rays through texels, in eye space: x points right, y up, z forward. The surface point at depth z on the ray with
+// the slope (x', y') is z (x', y', 1), or (x', y', z) when orthographic.
+uniform vec2 size;   // size of the target, in texels
+uniform vec2 extent; // size of the full image in texels of the target; at half resolution it may be `size` less 1/2
+uniform vec2 axis;   // the point of the target that the view's axis goes through: the middle of the full image. At half
+                     // resolution texel centres are shifted against pixel centres, which adds a quarter texel
+uniform vec2 pixel;  // what one texel adds to x' and y': 2 tan(fov/2) / extent, or 2 half_width / extent
 
-// x', y' of the window position p.
+// The slope (x', y') of the ray through the window position p.
 vec2 slope(vec2 p) { return (p - axis) * pixel; }

@@ -1,18 +1,20 @@
-// The samples about a pixel: ShaderX7 6.2, Directions and jittering, Variable step size, Snapping.
+// Where the samples around a pixel lie: ShaderX7 6.2, Directions and jittering, Variable step size, Snapping.
 //
-// Compiled in: N_D, N_S, DIRECTIONS (the N_D unit vectors at angles 2 pi k / N_D), EACH_STEP(step), which is step(1)
-// step(2) and so on to step(N_S), and one each of SNAP_*, CLAMP_*.
+// Compiled in: N_D, the number of directions; DIRECTIONS, their unit vectors, at the angles 2 pi k / N_D; N_S, the
+// samples in each direction; EACH_STEP(step), which expands to step(1) step(2) ... step(N_S); one of SNAP_*; and one of
+// CLAMP_*.
 const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
 
-// The step between two samples, in texels. Where it is below 1 on either axis, A is 1: the chapter's early exit.
+// The step between two samples, in texels. Where it is below 1 on either axis, the methods return A = 1: this is the
+// chapter's early exit.
 vec2 step_in_texels(Surface s) { return radius_in_texels(s.z) / float(N_S + 1); }
 
 struct Direction {
-    vec2 first;  // what jitter moves every sample by
-    vec2 stride; // from a sample to the next
+    vec2 first;  // the jitter's offset, added to every sample; in texels
+    vec2 stride; // the way from one sample to the next, in texels
 };
 
-// Eq. 6.2.10: direction k, turned by a.
+// Eq. 6.2.10: direction k, turned by the tile's angle a.
 Direction direction(int k, vec2 step_px, vec3 jitter)
 {
     Direction result;
@@ -25,17 +27,17 @@ Direction direction(int k, vec2 step_px, vec3 jitter)
     return result;
 }
 
-// Its direction alone: the stride's length may be past what can be squared.
+// The direction of the stride, scaled to a largest component of 1. The stride itself can be too long to be squared.
 vec2 along(Direction d) { return d.stride / max(abs(d.stride.x), abs(d.stride.y)); }
 
 struct Sample {
     vec3 D;        // S - P
     float squared; // |D|^2
-    float z;       // of the texel read
-    vec2 taken;    // the texel read less P's own; a sample on P's own texel is ignored
+    float z;       // depth of the texel that was read
+    vec2 taken;    // the way from P's texel to the texel that was read; zero where that is P's own, which is ignored
 };
 
-// Sample i = 1..N_S of a direction.
+// Sample i = 1..N_S of direction d.
 Sample sample_at(Surface s, Direction d, int i)
 {
     Sample result;
@@ -48,7 +50,7 @@ Sample sample_at(Surface s, Direction d, int i)
     vec2 q = clamp(s.p + offset, vec2(0.5), size - 0.5);
     result.z = depth_at(q);
     result.taken = q - s.p;
-    // Where the sample is taken to lie, in texels from p.
+    // `at` is where S is assumed to lie in the image, in texels from P.
 #if defined(SNAP_NONE) && defined(CLAMP_POSITION)
     vec2 at = result.taken == offset ? exact : result.taken;
 #elif defined(SNAP_NONE)
@@ -63,5 +65,6 @@ Sample sample_at(Surface s, Direction d, int i)
     return result;
 }
 
-// A surface within R, and not P's own texel: background may lie within R too, where R is larger than all depths.
+// Whether a sample counts: it lies within R, on a surface, and not on P's own texel. Background must be tested for,
+// because an R larger than all depths would include it.
 bool within(Sample S) { return S.squared <= radius * radius && S.z < background && S.taken != vec2(0.0); }

@@ -1,6 +1,7 @@
-// What an ambient occlusion method knows of the pixel at hand.
+// The surface point P of the pixel that is being shaded, its normal and its jitter.
 //
-// Compiled in: ORTHOGRAPHIC, NORMALS_RECTANGLE, NORMALS_BIASED, JITTER_TILE.
+// Compiled in, each where it applies: ORTHOGRAPHIC for an orthographic projection; NORMALS_RECTANGLE where normals are
+// in a rectangle texture; NORMALS_BIASED where they are stored as n/2 + 1/2; JITTER_TILE where jitter is on.
 #ifdef NORMALS_RECTANGLE
 uniform sampler2DRect normal_image;
 vec3 stored_normal(vec2 p) { return texture(normal_image, pixel_of(p)).xyz; }
@@ -9,17 +10,17 @@ uniform sampler2D normal_image;
 vec3 stored_normal(vec2 p) { return textureLod(normal_image, pixel_of(p) * texel, 0.0).xyz; }
 #endif
 
-uniform sampler2DRect tile; // 4x4: cos a, sin a, b; for ssao a unit vector
-uniform float radius;       // R, scene units
-uniform float strength;
+uniform sampler2DRect tile; // the rotation tile, 4x4 texels of (cos a, sin a, b); for ssao of unit vectors
+uniform float radius;       // R, in scene units
+uniform float strength;     // the factor of the occlusion
 
 struct Surface {
-    vec2 p;       // in the window, a texel's centre
+    vec2 p;       // window position: a texel's centre
     float z;      // linear depth
-    vec2 r;       // x', y' of the ray through p: 0 when orthographic
-    vec3 n;       // the normal, of any length, turned to the eye
-    float facing; // -(n.r), not negative
-    vec3 jitter;  // the tile's texel
+    vec2 r;       // x', y' of the ray through p; 0 when orthographic
+    vec3 n;       // the normal, of any length, turned towards the eye
+    float facing; // -(n.r), at least 0; r is the ray (x', y', 1)
+    vec3 jitter;  // the tile's texel for this pixel
 };
 
 Surface surface_at(vec2 p)
@@ -36,7 +37,8 @@ Surface surface_at(vec2 p)
 #ifdef NORMALS_BIASED
     s.n = 2.0 * s.n - 1.0;
 #endif
-    // Of any length, and products of its components must neither over- nor underflow.
+    // The stored normal may have any length. It is scaled so that products of its components neither overflow nor
+    // underflow.
     float largest = max(max(abs(s.n.x), abs(s.n.y)), abs(s.n.z));
     s.n /= largest > 0.0 ? largest : 1.0;
     s.facing = -dot(s.n, vec3(s.r, 1.0));
@@ -52,7 +54,7 @@ Surface surface_at(vec2 p)
     return s;
 }
 
-// R at the surface's depth, in texels (Figure 6.2.11).
+// R projected to the image at the depth z, in texels (Figure 6.2.11).
 vec2 radius_in_texels(float z)
 {
 #ifdef ORTHOGRAPHIC
@@ -62,14 +64,14 @@ vec2 radius_in_texels(float z)
 #endif
 }
 
-// A unit vector of the image, turned by the tile's angle a.
+// A unit vector in the image, turned by the tile's angle a.
 vec2 turned(vec2 unit, vec3 jitter)
 {
     return vec2(unit.x * jitter.x - unit.y * jitter.y, unit.y * jitter.x + unit.x * jitter.y);
 }
 
-// D = S - P of the point S at depth z, `at` texels from P in the image. Without subtracting two far positions:
-// z_s (r + at) - z r = (z_s - z) r + z_s at.
+// D = S - P for the point S that has the depth z and lies `at` texels from P in the image. In perspective
+// D.xy = S.z (r + at pixel) - P.z r. The form below is equal, and does not subtract two large positions.
 vec3 from_surface(Surface s, vec2 at, float z)
 {
     float dz = z - s.z;

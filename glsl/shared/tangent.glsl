@@ -1,8 +1,13 @@
-uniform vec2 bias; // cosine, sine
+// The tangent plane of the surface, for the methods that measure horizons from it.
+//
+// Compiled in: BIAS, where the angle bias is above 0.
+uniform vec2 bias; // cosine and sine of the angle bias
 
-// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), lateral = (du, dv), raised by the
-// angle bias to at most 90 degrees. dP/dx' = z (e_x - r n.x / (n.r)); T is taken times -(n.r) / z, which is positive
-// and spares the division where the surface is seen edge-on.
+// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), with lateral = (du, dv). The
+// elevation is raised by the angle bias, to at most 90 degrees.
+//
+// dP/dx' = z (e_x - r n.x / (n.r)). T is multiplied by -(n.r) / z: that is positive, so the direction stays, and no
+// division by n.r is left, which is 0 where the surface is seen edge-on.
 float sine_of_tangent(Surface s, vec2 lateral)
 {
     float rise = dot(s.n.xy, lateral);

@@ -1,4 +1,4 @@
-//! A context by EGL, on a device instead of a display, with no surface.
+//! Opens a context with EGL, on an EGL device rather than a display, and without a surface.
 
 use super::remedy;
 use crate::Error;
@@ -12,18 +12,25 @@ use glutin::error::ErrorKind;
 use glutin::prelude::*;
 use std::ffi::{CStr, c_void};
 
-/// The library, and Mesa's drivers for it: the first does not bring the second.
-const INSTALL: &str = "install the Debian packages libegl1 libgl1-mesa-dri";
+/// The library that glutin opens.
+const LIBRARY: &str = if cfg!(windows) { "libEGL.dll" } else { "libEGL.so.1" };
+
+/// What to install: the library, and on Debian also Mesa's drivers, which the library's package does not bring along.
+const INSTALL: &str = if cfg!(windows) {
+    "put the libEGL.dll of Mesa for Windows in a folder of PATH"
+} else {
+    "install the Debian packages libegl1 libgl1-mesa-dri"
+};
 
 /// An EGL context, current on its thread until it is dropped.
 pub(super) struct Egl(PossiblyCurrentContext);
 
 impl Egl {
-    /// The first device that gives a core 3.3 context: EGL lists GPUs before software.
+    /// Opens a context on the first device that provides OpenGL 3.3 core. EGL lists GPUs before software renderers.
     pub(super) fn open() -> Result<Egl, Error> {
         let devices = Device::query_devices().map_err(|error| match error.error_kind() {
-            ErrorKind::NotFound => Error::Context(format!("egl: libEGL.so.1 cannot be loaded: {INSTALL}")),
-            _ => Error::Context(format!("egl: no list of devices: {error}: {}", remedy(INSTALL))),
+            ErrorKind::NotFound => Error::Context(format!("egl: {LIBRARY} cannot be loaded: {INSTALL}")),
+            _ => Error::Context(format!("egl: the devices cannot be listed: {error}: {}", remedy(INSTALL))),
         })?;
 
         let mut failures = Vec::new();
@@ -44,18 +51,18 @@ impl Egl {
 
 impl Drop for Egl {
     fn drop(&mut self) {
-        // A context that is destroyed while current lives on until its thread makes another current. Should this fail,
-        // then that is all that happens, and there is nobody to tell.
+        // A context that is destroyed while it is current lives on until its thread makes another one current. That is
+        // also what happens if this call fails, and a destructor cannot report the failure.
         let _ = self.0.make_not_current_in_place();
     }
 }
 
 fn open_on(device: &Device) -> Result<PossiblyCurrentContext, glutin::error::Error> {
-    // SAFETY: no native display is passed, so there is none that must be valid.
+    // SAFETY: a native display would have to be valid, but none is passed.
     let display = unsafe { Display::with_device(device, None)? };
 
-    // The defaults ask for a window with depth and stencil, and for OpenGL ES. All rendering is to framebuffer
-    // objects, so any config that can do OpenGL will do.
+    // The template's defaults ask for OpenGL ES and for a window with depth and stencil. All rendering goes to
+    // framebuffer objects, so any config that supports OpenGL is good enough.
     let template = ConfigTemplateBuilder::new()
         .with_surface_type(ConfigSurfaceTypes::empty())
         .with_api(Api::OPENGL)
@@ -70,7 +77,7 @@ fn open_on(device: &Device) -> Result<PossiblyCurrentContext, glutin::error::Err
 
     // SAFETY: the template names no native window.
     let config = unsafe { display.find_configs(template)? }.next().ok_or(ErrorKind::BadConfig)?;
-    // SAFETY: the attributes name no native window and no context to share with.
+    // SAFETY: the attributes name neither a native window nor a context to share objects with.
     let context = unsafe { display.create_context(&config, &attributes)? };
     context.make_current_surfaceless()
 }

@@ -1,7 +1,9 @@
-//! How an OpenGL 3.3 core context is had on a machine without a window: by EGL on a device, or by OSMesa in memory.
+//! Opens an OpenGL 3.3 core context without a window. Two backends can do this: EGL, which uses a GPU or Mesa's
+//! software driver, and OSMesa, which renders in memory.
 //!
-//! A context is current on the thread that made it, from [`Context::open`] until it is dropped. It has no framebuffer
-//! worth drawing to: render to framebuffer objects. Several threads may each have one, by the same backend or not.
+//! A context is current on the thread that opened it, from [`Context::open`] until it is dropped. It has no usable
+//! default framebuffer, so all rendering must go to framebuffer objects. Several threads may each have a context, from
+//! the same backend or from different ones.
 //!
 //! ```no_run
 //! use glow::HasContext as _;
@@ -14,7 +16,17 @@
 //! # Ok::<(), hbao::Error>(())
 //! ```
 
+// glutin has EGL on these targets (`egl_backend` in its build script), and libloading opens libraries on the second
+// kind. Elsewhere a stand-in of the same interface says that the backend is missing.
+#[cfg(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm")))]
 mod egl;
+#[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]
+#[path = "without_egl.rs"]
+mod egl;
+#[cfg(any(unix, windows))]
+mod osmesa;
+#[cfg(not(any(unix, windows)))]
+#[path = "without_osmesa.rs"]
 mod osmesa;
 
 use crate::Error;
@@ -26,24 +38,26 @@ use std::marker::PhantomData;
 use std::str::FromStr;
 use std::sync::Arc;
 
-/// Which library gives the context.
+/// Which library provides the context.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Backend {
-    /// The first of EGL and OSMesa that works.
+    /// EGL if it works, and otherwise OSMesa.
     Auto,
-    /// EGL: a GPU's driver without a window, or Mesa's software driver.
+    /// EGL: a GPU's driver, or Mesa's software driver. It is not available on macOS.
     Egl,
-    /// OSMesa: Mesa's software driver in one library.
+    /// OSMesa: Mesa's software driver as a single library, which is loaded at run time.
     Osmesa,
 }
 
 impl Backend {
     const ALL: [Backend; 3] = [Backend::Auto, Backend::Egl, Backend::Osmesa];
 
-    /// Every backend's name, as the command line and settings files spell it.
+    /// The name of every backend, as the command line and settings files spell it.
     pub const NAMES: [&'static str; 3] = [Backend::Auto.name(), Backend::Egl.name(), Backend::Osmesa.name()];
 
     /// The backend's name.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Backend::Auto => "auto",
@@ -65,7 +79,7 @@ impl FromStr for Backend {
 
 /// An OpenGL 3.3 core context without a window, current on the thread that made it until it is dropped.
 ///
-/// A thread has at most one, and it stays on its thread:
+/// A thread has at most one such context. The context cannot be sent to or shared with another thread:
 ///
 /// ```compile_fail,E0277
 /// fn sent_to_another_thread<T: Send>() {}
@@ -77,15 +91,17 @@ impl FromStr for Backend {
 /// shared_between_threads::<hbao::context::Context>();
 /// ```
 ///
-/// Opening one replaces a context that the caller made current by other means; an application that has a context of
-/// its own does not need this type.
+/// Opening a context makes it current in place of any context that the caller made current by other means. An
+/// application that has its own context does not need this type.
+#[must_use = "the context is destroyed when it is dropped"]
 pub struct Context {
     gl: Arc<glow::Context>,
     platform: Platform,
     passed_over: Option<String>,
-    // Fields are dropped in this order: the platform's context must be gone before the thread may have another.
+    // Fields are dropped in the order of their declaration. `platform` must come before this one: its context must be
+    // destroyed before the thread may open another.
     _place: ThreadsPlace,
-    // Being current is a matter between a context and one thread, so neither Send nor Sync.
+    // A context is current on one thread only. The raw pointer keeps the type from being Send or Sync.
     _stays: PhantomData<*const ()>,
 }
 
@@ -94,7 +110,8 @@ impl Context {
     ///
     /// # Errors
     ///
-    /// [`Error::Context`] if this thread already has one, or if none could be had: why not, and what to install.
+    /// [`Error::Context`] if this thread already has a context, or if none can be opened. The message says why, and
+    /// what to install or to change.
     pub fn open(backend: Backend) -> Result<Context, Error> {
         match backend {
             Backend::Auto => Context::open_first(&[Backend::Egl, Backend::Osmesa]),
@@ -104,7 +121,7 @@ impl Context {
     }
 
     fn open_first(backends: &[Backend]) -> Result<Context, Error> {
-        // A thread that already has a context is told so once, not once for each backend.
+        // If the thread already has a context, this reports it once rather than once for each backend.
         drop(ThreadsPlace::take()?);
         let mut failures = Vec::new();
         for &backend in backends {
@@ -120,18 +137,20 @@ impl Context {
     fn open_on(open: impl FnOnce() -> Result<Platform, Error>) -> Result<Context, Error> {
         let place = ThreadsPlace::take()?;
         let platform = open()?;
-        // SAFETY: the platform's context is current on this thread, and these are its own entry points.
+        // SAFETY: the platform's context is current on this thread, and the addresses come from that platform.
         let gl = unsafe { glow::Context::from_loader_function_cstr(|name| platform.get_proc_address(name)) };
         let context = Context { gl: Arc::new(gl), platform, passed_over: None, _place: place, _stays: PhantomData };
         context.check_version()?;
         Ok(context)
     }
 
-    /// Drivers give at least what was asked for, or nothing. Not so where the environment overrides what they report:
-    /// `MESA_GL_VERSION_OVERRIDE=3.3COMPAT` has another profile given.
+    /// Refuses a context that is not OpenGL 3.3 core. Drivers give at least the version that was asked for, or fail.
+    /// The exception is an environment variable that overrides Mesa's version: `MESA_GL_VERSION_OVERRIDE=3.3COMPAT`
+    /// gives a compatibility profile.
     fn check_version(&self) -> Result<(), Error> {
         let version = self.gl.version();
-        // SAFETY: the context is current on this thread. The profile is asked only of a version that has profiles.
+        // SAFETY: the context is current on this thread. Versions before 3.2, which have no profiles, are ruled out
+        // first.
         let fits = !version.is_embedded
             && (version.major, version.minor) >= (3, 3)
             && unsafe {
@@ -144,12 +163,15 @@ impl Context {
         Err(Error::Context(format!("{}: this is not OpenGL 3.3 core: {remedy}", self.describe())))
     }
 
-    /// OpenGL's functions. They act on this context while it is current, so on its thread and until it is dropped.
+    /// OpenGL's functions. They may be called only on this context's thread and only before the context is dropped,
+    /// which is when it is current.
+    #[must_use]
     pub fn gl(&self) -> &Arc<glow::Context> {
         &self.gl
     }
 
-    /// The backend that gave the context: [`Backend::Egl`] or [`Backend::Osmesa`], never [`Backend::Auto`].
+    /// The backend that provides the context: [`Backend::Egl`] or [`Backend::Osmesa`], never [`Backend::Auto`].
+    #[must_use]
     pub fn backend(&self) -> Backend {
         match self.platform {
             Platform::Egl(_) => Backend::Egl,
@@ -157,8 +179,9 @@ impl Context {
         }
     }
 
-    /// The backend, the renderer and its version in one line, for people to read:
+    /// Describes the backend, the renderer and its version for people, in one line:
     /// `egl: llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6`.
+    #[must_use]
     pub fn describe(&self) -> String {
         format!("{}: {}, OpenGL {}", self.backend().name(), self.renderer(), self.version())
     }
@@ -175,14 +198,17 @@ impl Context {
         unsafe { self.gl.get_parameter_string(glow::VERSION) }
     }
 
-    /// Why [`Backend::Auto`] passed over the backends that it tried before this one, in one line; none where it did
-    /// not.
+    /// If [`Backend::Auto`] tried another backend before this one: why that backend failed, in one line. Otherwise
+    /// `None`.
+    #[must_use]
     pub fn passed_over(&self) -> Option<&str> {
         self.passed_over.as_deref()
     }
 
-    /// The address of OpenGL's function `name`, for a loader other than glow. Null where the backend knows none; but
-    /// some EGL libraries answer any name, so an address is no proof that the driver has the function.
+    /// The address of OpenGL's function `name`, for a loader other than glow, or null if the backend does not know the
+    /// function. Some EGL libraries return an address for any name, so an address does not prove that the driver has
+    /// the function.
+    #[must_use]
     pub fn get_proc_address(&self, name: &CStr) -> *const c_void {
         self.platform.get_proc_address(name)
     }
@@ -194,15 +220,16 @@ impl fmt::Debug for Context {
     }
 }
 
-/// What to do about a driver that refuses: `first`, and to take back what the environment asks of Mesa, if anything.
+/// Advice for the user when a driver refuses: `first`, followed by the environment variables that are set and may have
+/// caused the refusal, to be unset.
 fn remedy(first: &str) -> String {
-    const ASKING: [&str; 4] =
+    const VARIABLES: [&str; 4] =
         ["GALLIUM_DRIVER", "LIBGL_DRIVERS_PATH", "MESA_GL_VERSION_OVERRIDE", "MESA_LOADER_DRIVER_OVERRIDE"];
-    let set: Vec<_> = ASKING.into_iter().filter(|variable| std::env::var_os(variable).is_some()).collect();
+    let set: Vec<_> = VARIABLES.into_iter().filter(|variable| std::env::var_os(variable).is_some()).collect();
     if set.is_empty() { first.into() } else { format!("{first}, or unset {}", set.join(" and ")) }
 }
 
-/// A context of either library, current from when it is opened until it is dropped.
+/// The context of either library. It is current from when it is opened until it is dropped.
 enum Platform {
     Egl(egl::Egl),
     Osmesa(osmesa::Osmesa),
@@ -221,10 +248,10 @@ thread_local! {
     static TAKEN: Cell<bool> = const { Cell::new(false) };
 }
 
-/// This thread's one place for a context, free again when dropped.
+/// This thread's permission to have a context. There is one per thread, and dropping this value gives it back.
 ///
-/// Two contexts on a thread would need to be made current in turns, and EGL and OSMesa would not even notice each
-/// other: they come from one Mesa and share its thread-local table of entry points.
+/// Two contexts on one thread would have to be made current in turns. EGL and OSMesa would not even notice each other:
+/// both come from Mesa and share its thread-local table of entry points.
 struct ThreadsPlace(());
 
 impl ThreadsPlace {

@@ -1,4 +1,5 @@
-//! A context by OSMesa: Mesa's software drivers in one library that is opened at run time, drawing to memory.
+//! Opens a context with OSMesa, a library that holds Mesa's software drivers and renders to memory. The library is
+//! loaded at run time.
 
 use super::remedy;
 use crate::Error;
@@ -7,12 +8,28 @@ use std::ffi::{CStr, OsStr, c_char, c_int, c_uint, c_void};
 use std::ptr::{self, NonNull};
 use std::sync::LazyLock;
 
-const LIBRARY: &str = "libOSMesa.so.8";
+/// The library's file name.
+const LIBRARY: &str = if cfg!(windows) {
+    "osmesa.dll"
+} else if cfg!(target_vendor = "apple") {
+    "libOSMesa.8.dylib"
+} else {
+    "libOSMesa.so.8"
+};
 
-/// The drivers that `GALLIUM_DRIVER` may ask OSMesa for.
+/// How to install the library.
+const INSTALL: &str = if cfg!(windows) {
+    "put the osmesa.dll of Mesa for Windows in a folder of PATH"
+} else if cfg!(target_vendor = "apple") {
+    "install a Mesa before 25.1 that was built with OSMesa"
+} else {
+    "install the Debian package libosmesa6"
+};
+
+/// The drivers of OSMesa that `GALLIUM_DRIVER` may select.
 const DRIVERS: [&str; 2] = ["llvmpipe", "softpipe"];
 
-// Of GL/osmesa.h and GL/gl.h.
+// Constants of GL/osmesa.h and GL/gl.h.
 const OSMESA_FORMAT: c_int = 0x22;
 const OSMESA_DEPTH_BITS: c_int = 0x30;
 const OSMESA_STENCIL_BITS: c_int = 0x31;
@@ -23,28 +40,34 @@ const OSMESA_CONTEXT_MINOR_VERSION: c_int = 0x37;
 const OSMESA_RGBA: c_int = 0x1908;
 const GL_UNSIGNED_BYTE: c_uint = 0x1401;
 
-type CreateContextAttribs = unsafe extern "C" fn(attributes: *const c_int, share: *mut c_void) -> *mut c_void;
-type MakeCurrent =
-    unsafe extern "C" fn(context: *mut c_void, buffer: *mut c_void, kind: c_uint, width: c_int, height: c_int) -> u8;
-type DestroyContext = unsafe extern "C" fn(context: *mut c_void);
-type GetProcAddress = unsafe extern "C" fn(name: *const c_char) -> *const c_void;
+// GL/osmesa.h declares its functions with GLAPIENTRY, which is stdcall on 32-bit Windows.
+type CreateContextAttribs = unsafe extern "system" fn(attributes: *const c_int, share: *mut c_void) -> *mut c_void;
+type MakeCurrent = unsafe extern "system" fn(
+    context: *mut c_void,
+    buffer: *mut c_void,
+    kind: c_uint,
+    width: c_int,
+    height: c_int,
+) -> u8;
+type DestroyContext = unsafe extern "system" fn(context: *mut c_void);
+type GetProcAddress = unsafe extern "system" fn(name: *const c_char) -> *const c_void;
 
-/// The library and what is called of it.
+/// The library, and the functions in it that are called.
 struct Functions {
     create_context_attribs: CreateContextAttribs,
     make_current: MakeCurrent,
     destroy_context: DestroyContext,
     get_proc_address: GetProcAddress,
-    // The addresses above, and all that `get_proc_address` ever gave, point into it.
+    // The functions above, and every address that `get_proc_address` returned, lie in this library.
     _library: Library,
 }
 
 impl Functions {
     fn load(library: &str) -> Result<Functions, String> {
-        let missing = |error: libloading::Error| format!("osmesa: {error}: install the Debian package libosmesa6");
-        // SAFETY: libOSMesa's initialisers have no precondition.
+        let missing = |error: libloading::Error| format!("osmesa: {error}: {INSTALL}");
+        // SAFETY: the library's initialisers have no preconditions.
         let library = unsafe { Library::new(library) }.map_err(missing)?;
-        // SAFETY: the types are those of GL/osmesa.h, and the library is kept beside the addresses.
+        // SAFETY: the types are those of GL/osmesa.h, and the library is stored together with the addresses.
         unsafe {
             Ok(Functions {
                 create_context_attribs: *library.get(b"OSMesaCreateContextAttribs\0").map_err(missing)?,
@@ -56,9 +79,9 @@ impl Functions {
         }
     }
 
-    /// The process's one copy. It is never unloaded, on purpose: a clone of a context's `Arc<glow::Context>` holds
-    /// addresses of it for as long as it likes, and Mesa's worker threads and its destructors of thread-local
-    /// variables run its code after the last context is gone.
+    /// The functions, loaded once per process. The library is deliberately never unloaded: a clone of a context's
+    /// `Arc<glow::Context>` may hold addresses of its functions indefinitely, and Mesa's worker threads and destructors
+    /// of thread-local variables run its code after the last context is gone.
     fn of_process() -> Result<&'static Functions, Error> {
         static FUNCTIONS: LazyLock<Result<Functions, String>> = LazyLock::new(|| Functions::load(LIBRARY));
         FUNCTIONS.as_ref().map_err(|why| Error::Context(why.clone()))
@@ -69,8 +92,8 @@ impl Functions {
 pub(super) struct Osmesa {
     functions: &'static Functions,
     context: NonNull<c_void>,
-    // OSMesa has no context without a buffer to draw to. Nobody draws to this one or reads it, yet it must outlive the
-    // context: fields are freed after `drop` below has run.
+    // OSMesa makes a context current only together with a buffer to draw to. This one is never drawn to or read, but it
+    // must outlive the context. It does, because fields are freed after `drop` below has run.
     _buffer: Vec<u8>,
 }
 
@@ -89,7 +112,7 @@ impl Osmesa {
             [OSMESA_CONTEXT_MINOR_VERSION, 3],
             [0, 0],
         ];
-        // SAFETY: the list is of pairs and ends in 0, and there is no context to share with.
+        // SAFETY: the list consists of pairs and ends with 0, and no context is given to share objects with.
         let context = unsafe { (functions.create_context_attribs)(attributes.as_ptr().cast(), ptr::null_mut()) };
         let context = NonNull::new(context)
             .ok_or_else(|| Error::Context(format!("osmesa: no OpenGL 3.3 core context: {}", remedy("update Mesa"))))?;
@@ -98,7 +121,7 @@ impl Osmesa {
         let mut buffer = vec![0; 4 * width * height];
         let address = buffer.as_mut_ptr().cast();
         let osmesa = Osmesa { functions, context, _buffer: buffer };
-        // SAFETY: the buffer holds width x height texels of four bytes, and lives as long as the context.
+        // SAFETY: the buffer holds width x height texels of four bytes, and outlives the context.
         let made = unsafe {
             (functions.make_current)(context.as_ptr(), address, GL_UNSIGNED_BYTE, width as c_int, height as c_int)
         };
@@ -109,15 +132,15 @@ impl Osmesa {
     }
 
     pub(super) fn get_proc_address(&self, name: &CStr) -> *const c_void {
-        // SAFETY: the name ends in 0.
+        // SAFETY: a `CStr` ends with 0.
         unsafe { (self.functions.get_proc_address)(name.as_ptr()) }
     }
 }
 
 impl Drop for Osmesa {
     fn drop(&mut self) {
-        // SAFETY: the context is this one's own, and on its own thread. It is not current any more when it is
-        // destroyed, and the buffer still lives.
+        // SAFETY: the context belongs to this value and is on its own thread. It is no longer current when it is
+        // destroyed, and the buffer has not been freed yet.
         unsafe {
             (self.functions.make_current)(ptr::null_mut(), ptr::null_mut(), 0, 0, 0);
             (self.functions.destroy_context)(self.context.as_ptr());
@@ -125,8 +148,7 @@ impl Drop for Osmesa {
     }
 }
 
-/// OSMesa crashes where `GALLIUM_DRIVER` names a driver that it does not have, or zink, so such a name never gets
-/// there.
+/// Refuses drivers that OSMesa does not have. OSMesa itself crashes if `GALLIUM_DRIVER` names such a driver, or zink.
 fn check_driver(driver: Option<&OsStr>) -> Result<(), Error> {
     match driver {
         None => Ok(()),
@@ -153,12 +175,14 @@ mod tests {
         }
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn a_library_that_is_not_there_is_named_with_its_package() {
         let error = Functions::load("libOSMesa.so.0-none").err().unwrap();
         assert!(error.contains("libOSMesa.so.0-none") && error.contains("libosmesa6"), "{error}");
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn a_library_without_osmesas_functions_is_refused() {
         let error = Functions::load("libc.so.6").err().unwrap();

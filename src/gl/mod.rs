@@ -1,4 +1,7 @@
-//! OpenGL objects that free themselves. The context they came from must be current, and outlive them.
+//! OpenGL objects that delete themselves when they are dropped.
+//!
+//! The contract of this room, on which its `SAFETY` comments rely: whenever one of these objects is made, used or
+//! dropped, the context in which it was made is current on the thread.
 
 pub(crate) mod program;
 pub(crate) mod state;
@@ -16,10 +19,11 @@ pub use texture::Format;
 pub(crate) use texture::{MultisampleTexture, Texture};
 pub use timer::{PassTime, Timers};
 
-/// Turns the errors that OpenGL has recorded into ours. `place` is the pass or object at hand.
+/// Turns an error that OpenGL has recorded into an [`Error`], and clears all others. `place` names the pass or object
+/// that the calls before this one belong to.
 pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
     let mut first = None;
-    // A lost context may report errors without end.
+    // The number is bounded because a lost context may report errors without end.
     for _ in 0..16 {
         // SAFETY: the context is current.
         match unsafe { gl.get_error() } {
@@ -47,38 +51,41 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
     }
 }
 
-/// Why no object was made, of the flag that OpenGL may have left or may not.
+/// The error for a driver that made no object: the error that OpenGL recorded, or [`GlCause::NoObject`] if it recorded
+/// none.
 pub(crate) fn not_made(gl: &glow::Context, place: &str) -> Error {
     let silent = || Error::gl_because(place, "the driver made no object and does not say why", GlCause::NoObject);
     check(gl, place).err().unwrap_or_else(silent)
 }
 
-/// Whether an error is about what was asked for, so that another format or fewer samples may do. Neither brings back a
-/// lost context or mends a driver that makes no objects; of memory, see [`is_out_of_memory`].
+/// True if the driver refused what was asked for, so that another format or fewer samples may succeed. A lost context
+/// or a driver that makes no objects is not such a refusal. Neither is a lack of memory: see [`is_out_of_memory`].
 pub(crate) fn is_refusal(error: &Error) -> bool {
     const OTHERS: [GlCause; 3] =
         [GlCause::Code(glow::OUT_OF_MEMORY), GlCause::Code(glow::CONTEXT_LOST), GlCause::NoObject];
     matches!(error, Error::Gl { cause, .. } if !OTHERS.contains(cause))
 }
 
-/// Whether an error is that there is no memory, of which something smaller may still find enough.
+/// True if memory ran out, so that something smaller may succeed.
 pub(crate) fn is_out_of_memory(error: &Error) -> bool {
     matches!(error, Error::Gl { cause: GlCause::Code(glow::OUT_OF_MEMORY), .. })
 }
 
-/// Whether an error is that the call is not allowed as things are.
+/// True if OpenGL refused a call because it is not allowed in the current state (`GL_INVALID_OPERATION`).
 pub(crate) fn is_invalid_operation(error: &Error) -> bool {
     matches!(error, Error::Gl { cause: GlCause::Code(glow::INVALID_OPERATION), .. })
 }
 
-/// The most samples a pixel that this driver can draw into textures and read from them.
+/// The largest number of samples per pixel of the textures that this driver can render to and fetch from, at least 1.
 pub(crate) fn sample_limit(gl: &glow::Context) -> u32 {
     // SAFETY: the context is current, and these are core parameters.
     let limits = [glow::MAX_SAMPLES, glow::MAX_COLOR_TEXTURE_SAMPLES].map(|p| unsafe { gl.get_parameter_i32(p) });
     limits.into_iter().min().unwrap_or(1).max(1) as u32
 }
 
-/// The largest width and height that this driver renders to and samples from.
+/// The largest width and height in pixels that this driver can both render to and sample from. The context must be
+/// current.
+#[must_use]
 pub fn size_limit(gl: &glow::Context) -> u32 {
     // SAFETY: the context is current, and these are core parameters; MAX_VIEWPORT_DIMS has two values.
     unsafe {
@@ -95,7 +102,10 @@ pub fn size_limit(gl: &glow::Context) -> u32 {
     }
 }
 
-/// Refuses a size that the driver cannot render.
+/// Checks that the driver can render images of `width` by `height` pixels. The context must be current.
+///
+/// # Errors [`Error::Usage`] for a size of 0 or above [`size_limit`], and [`Error::Gl`] if the driver does not report
+/// its limits.
 pub fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
     let limit = size_limit(gl);
     check(gl, "the driver's limits")?;

@@ -1,4 +1,4 @@
-//! Shader programs, put together from the files in `glsl/` and the settings they are compiled for.
+//! Shader programs, assembled from the files in `glsl/` and from `#define`s for the settings in use.
 
 use super::{check, not_made};
 use crate::Error;
@@ -9,11 +9,12 @@ use std::sync::Arc;
 /// A shader file of `glsl/`.
 #[derive(Clone, Copy)]
 pub(crate) struct Source {
+    /// The path within `glsl/`.
     pub(crate) name: &'static str,
     pub(crate) text: &'static str,
 }
 
-/// A file of `glsl/` as a [`Source`].
+/// Includes a file of `glsl/` in the executable, as a [`Source`].
 macro_rules! source {
     ($name:literal) => {
         $crate::gl::Source { name: $name, text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/glsl/", $name)) }
@@ -21,7 +22,7 @@ macro_rules! source {
 }
 pub(crate) use source;
 
-/// What a shader is compiled for, as `#define`s.
+/// The `#define`s with which a shader is compiled.
 #[derive(Clone, Default, PartialEq, Debug)]
 pub(crate) struct Defines(String);
 
@@ -32,20 +33,21 @@ impl Defines {
         self
     }
 
-    /// Defines `PREFIX_WORD` as 1, as `SNAP_STEP` for the word `step` of `SNAP`.
+    /// Defines `PREFIX_WORD` as 1. For example, the prefix `SNAP` and the word `step` define `SNAP_STEP`.
     pub(crate) fn word(self, prefix: &str, word: &str) -> Defines {
         let name = format!("{prefix}_{}", word.to_uppercase().replace('-', "_"));
         self.value(&name, 1)
     }
 }
 
-/// A piece's number in `#line`. The pass's own file, the last, is 0: Mesa forgets the number within expressions, and
-/// most errors are there.
+/// The source string number of piece `index` of `count`, for `#line`. The last piece, which is the pass's own file,
+/// gets number 0: inside expressions Mesa reports 0 in place of the number, and most errors are in the pass's own file.
 fn number(index: usize, count: usize) -> usize {
     (index + 1) % count
 }
 
-/// The text handed to the driver. `#line` makes errors count in the files' own lines, piece by piece.
+/// The text that is given to the driver. A `#line` before each piece makes errors name the piece and the line within
+/// it.
 pub(crate) fn assemble(defines: &Defines, pieces: &[Source]) -> String {
     let mut text = format!("#version 330 core\n{}", defines.0);
     for (index, piece) in pieces.iter().enumerate() {
@@ -61,7 +63,8 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// Compiles and links. `vertex` is one file, `fragment` its shared pieces and then the pass itself.
+    /// Compiles and links a program. `fragment` is the shared pieces in order, followed by the pass's own file, which
+    /// also names the program in errors. The outputs `out_0` to `out_2` are bound to the draw buffers 0 to 2.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         defines: &Defines,
@@ -69,7 +72,7 @@ impl Program {
         fragment: &[Source],
     ) -> Result<Program, Error> {
         let name = fragment.last().map_or(vertex.name, |piece| piece.name);
-        // SAFETY: the context is current; every object made here is deleted on each way out.
+        // SAFETY: the context is current. Every object made here is deleted on every way out.
         unsafe {
             let id = gl.create_program().map_err(|_| not_made(gl, name))?;
             let program = Program { gl: gl.clone(), id };
@@ -83,7 +86,7 @@ impl Program {
                     return Err(refused(gl, name, "compile", &with_file_names(&log, pieces)));
                 }
                 gl.attach_shader(id, shader);
-                // Lives on until the program is deleted.
+                // OpenGL keeps an attached shader until its program is deleted.
                 gl.delete_shader(shader);
             }
             for (index, output) in ["out_0", "out_1", "out_2"].into_iter().enumerate() {
@@ -99,21 +102,22 @@ impl Program {
         }
     }
 
-    /// Makes it the program in use.
+    /// Makes this the program in use.
     pub(crate) fn bind(&self) -> &Program {
         // SAFETY: the context is current and the program is ours.
         unsafe { self.gl.use_program(Some(self.id)) };
         self
     }
 
-    /// Where a vertex attribute is, if the program reads it.
+    /// The location of a vertex attribute, or `None` if the program does not read it.
     pub(crate) fn attribute(&self, name: &str) -> Option<u32> {
         // SAFETY: the context is current and the program is ours.
         unsafe { self.gl.get_attrib_location(self.id, name) }
     }
 
-    /// Sets a float of the program in use. A uniform that its settings compiled away is passed over. What exceeds
-    /// float32 becomes its largest number: infinity times 0 would be no number.
+    /// Sets a float of the program, which must be in use. As with all setters here, a uniform that the program does not
+    /// have is ignored. A value beyond float32's range becomes the largest float32 number, since an infinity would
+    /// become NaN when multiplied by 0.
     pub(crate) fn float(&self, name: &str, value: f64) -> &Program {
         let value = value.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
         // SAFETY: the context is current and the program in use.
@@ -121,21 +125,21 @@ impl Program {
         self
     }
 
-    /// Sets a vec2 of the program in use.
+    /// Sets a vec2 of the program, which must be in use.
     pub(crate) fn vec2(&self, name: &str, [x, y]: [f64; 2]) -> &Program {
         // SAFETY: as `float`.
         unsafe { self.gl.uniform_2_f32(self.gl.get_uniform_location(self.id, name).as_ref(), x as f32, y as f32) };
         self
     }
 
-    /// Sets a vec3 of the program in use.
+    /// Sets a vec3 of the program, which must be in use.
     pub(crate) fn vec3(&self, name: &str, [x, y, z]: [f32; 3]) -> &Program {
         // SAFETY: as `float`.
         unsafe { self.gl.uniform_3_f32(self.gl.get_uniform_location(self.id, name).as_ref(), x, y, z) };
         self
     }
 
-    /// Sets a mat4, given column by column, of the program in use.
+    /// Sets a mat4, given column by column, of the program, which must be in use.
     pub(crate) fn mat4(&self, name: &str, columns: &[f32; 16]) -> &Program {
         // SAFETY: as `float`.
         unsafe {
@@ -144,14 +148,14 @@ impl Program {
         self
     }
 
-    /// Sets an int of the program in use.
+    /// Sets an int of the program, which must be in use.
     pub(crate) fn int(&self, name: &str, value: i32) -> &Program {
         // SAFETY: as `float`.
         unsafe { self.gl.uniform_1_i32(self.gl.get_uniform_location(self.id, name).as_ref(), value) };
         self
     }
 
-    /// Points a sampler of the program in use at a texture unit.
+    /// Makes a sampler of the program, which must be in use, read a texture unit.
     pub(crate) fn unit(&self, name: &str, unit: u32) -> &Program {
         self.int(name, unit as i32)
     }
@@ -164,8 +168,8 @@ impl Drop for Program {
     }
 }
 
-/// A driver's log with the numbers of source strings replaced by their file names: Mesa writes `0:12(3): error`,
-/// others `0(12) : error` or `ERROR: 0:12: ...`.
+/// A driver's log, with the source string numbers replaced by file names. Mesa writes `0:12(3): error`; other drivers
+/// write `0(12) : error` or `ERROR: 0:12: ...`.
 fn with_file_names(log: &str, pieces: &[Source]) -> String {
     let line = |line: &str| {
         let prefix = if line.starts_with("ERROR: ") { "ERROR: " } else { "" };
@@ -181,7 +185,8 @@ fn with_file_names(log: &str, pieces: &[Source]) -> String {
     one_line(&log.lines().map(line).collect::<Vec<_>>().join("\n"))
 }
 
-/// A shader that did not `compile` or `link`, in the words of the driver's log where it has any.
+/// The error for a shader that did not compile or link; `verb` says which. It quotes the driver's log if that is not
+/// empty.
 fn refused(gl: &glow::Context, name: &str, verb: &str, log: &str) -> Error {
     match check(gl, name) {
         _ if !log.is_empty() => Error::gl(name, log),

@@ -1,14 +1,15 @@
-//! The caller's OpenGL state, saved and put back around passes that run in somebody else's context.
+//! Saves the application's OpenGL state before passes run in its context, and restores it afterwards.
 
 use super::{Target, check, is_invalid_operation};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
 
-/// Texture units that the passes use.
+/// How many texture units the passes use: units 0 to 3.
 const UNITS: u32 = 4;
 
-/// Switches that the passes need off. Blending is held apart: it is a switch per draw buffer.
+/// The capabilities that must be disabled for the passes. Blending is not listed, because it is enabled per draw
+/// buffer.
 const SWITCHES: [u32; 21] = [
     glow::DEPTH_TEST,
     glow::STENCIL_TEST,
@@ -46,8 +47,9 @@ struct Stencil {
 }
 
 impl Stencil {
-    /// Front and back. A framebuffer with a stencil must be bound: OpenGL reports the reference within the range of the
-    /// one drawn to, which is 0 where there is none, and not as it was set.
+    /// The parameters of the front and of the back face. A framebuffer that has a stencil buffer must be bound, because
+    /// OpenGL clamps the reference that it reports to the range of the bound framebuffer's stencil: without a stencil
+    /// it reports 0 in place of the reference that was set.
     fn both(gl: &glow::Context) -> [Stencil; 2] {
         // SAFETY: the context is current, and these are core parameters of one value.
         let int = |parameter| unsafe { gl.get_parameter_i32(parameter) };
@@ -74,7 +76,7 @@ impl Stencil {
     }
 }
 
-/// One texture unit's bindings.
+/// The bindings of one texture unit.
 #[derive(Clone, Copy)]
 struct Unit {
     flat: Option<glow::Texture>,
@@ -83,17 +85,18 @@ struct Unit {
     sampler: Option<glow::Sampler>,
 }
 
-/// Where errors are said to be that come up before a pass runs.
+/// The place that is given for errors that occur before a pass runs.
 const SAVING: &str = "saving the application's state";
 
-/// Everything that the passes of [`crate::AmbientOcclusion`] change, as it was found; put back when dropped.
+/// The state that the passes of [`crate::AmbientOcclusion`] change, as it was before them. It is restored when this
+/// value is dropped.
 pub(crate) struct SavedState {
     gl: Arc<glow::Context>,
     switches: [bool; SWITCHES.len()],
     blend: bool,
     colour_mask: [bool; 4],
     depth_mask: bool,
-    /// Front and back, where it was to be saved.
+    /// The parameters of the front and of the back face; `None` if the passes use no stencil.
     stencil: Option<[Stencil; 2]>,
     viewport: [i32; 4],
     polygon_mode: u32,
@@ -118,27 +121,30 @@ const UNPACK: [u32; 6] = [
 ];
 
 impl SavedState {
-    /// Saves the caller's state and sets what every full-screen pass expects: nothing tested, masked or blended. The
-    /// stencil's parameters are saved where one will be used: by a target that has one.
+    /// Saves the application's state and sets the state that every full-screen pass expects, in which nothing is
+    /// tested, masked or blended. If the passes use a stencil, `stencil` is a target that has one; only then are the
+    /// stencil's parameters saved.
+    ///
+    /// No OpenGL error may be pending.
     ///
     /// # Errors
-    /// Where transform feedback is under way, or what OpenGL has against saving. No error may be pending.
+    /// [`Error::Gl`] if transform feedback is active, or if OpenGL refuses a call.
     pub(crate) fn save(gl: &Arc<glow::Context>, stencil: Option<&Target>) -> Result<SavedState, Error> {
-        // OpenGL 3.3 can neither pause transform feedback nor report it; but while it captures, no program can be put
-        // in use, the one in use included.
+        // OpenGL 3.3 can neither pause transform feedback nor report that it is active. But while it is active,
+        // glUseProgram is an error, even for the program that is already in use.
         // SAFETY: the context is current.
         unsafe { gl.use_program(gl.get_parameter_program(glow::CURRENT_PROGRAM)) };
         check(gl, SAVING).map_err(|error| match is_invalid_operation(&error) {
-            true => Error::gl("ambient occlusion", "transform feedback is under way: end it first"),
+            true => Error::gl("ambient occlusion", "transform feedback is active: call glEndTransformFeedback first"),
             false => error,
         })?;
-        // SAFETY: the context is current, and each parameter is core with as many values as asked for.
+        // SAFETY: the context is current, and each parameter is core and has as many values as are read.
         unsafe {
             let int = |parameter| gl.get_parameter_i32(parameter);
             let mask = |parameter| gl.get_parameter_i32(parameter) as u32;
             let mut viewport = [0; 4];
             gl.get_parameter_i32_slice(glow::VIEWPORT, &mut viewport);
-            // Mesa writes two values in some contexts: front and back.
+            // In some contexts Mesa writes two values, for front and back.
             let mut polygon_mode = [0; 2];
             gl.get_parameter_i32_slice(glow::POLYGON_MODE, &mut polygon_mode);
             let active_unit = mask(glow::ACTIVE_TEXTURE);
@@ -154,7 +160,7 @@ impl SavedState {
             let mut saved = SavedState {
                 gl: gl.clone(),
                 switches: SWITCHES.map(|switch| gl.is_enabled(switch)),
-                // Not glIsEnabled: Mesa's threaded calls do not see there what glEnablei has set.
+                // glIsEnabled would not do: with Mesa's threaded dispatch it does not see what glEnablei has set.
                 blend: gl.get_parameter_indexed_i32(glow::BLEND, 0) != 0,
                 colour_mask: gl.get_parameter_bool_array(glow::COLOR_WRITEMASK),
                 depth_mask: gl.get_parameter_bool(glow::DEPTH_WRITEMASK),
@@ -190,8 +196,9 @@ impl SavedState {
 }
 
 impl SavedState {
-    /// Runs passes, and puts the state back after them, an error or not. What OpenGL has against either is told as
-    /// that, and neither in a pass's name nor, by the next run, in the application's.
+    /// Runs the passes and then restores the state, whether the passes failed or not. An OpenGL error from saving or
+    /// from restoring the state is reported as such: it is neither attributed to a pass nor left for the next run,
+    /// which would take it for an error of the application.
     pub(crate) fn put_back_after<T>(
         self,
         gl: &glow::Context,
@@ -227,7 +234,8 @@ impl Drop for SavedState {
             gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, self.draw);
             gl.bind_framebuffer(glow::READ_FRAMEBUFFER, self.read);
             gl.bind_vertex_array(self.vertices);
-            // A program that was deleted while in use is gone once another took its place.
+            // A program that the application deleted while it was in use ceased to exist when a pass's program replaced
+            // it.
             gl.use_program(self.program.filter(|&program| gl.is_program(program)));
             gl.polygon_mode(glow::FRONT_AND_BACK, self.polygon_mode);
             let [x, y, width, height] = self.viewport;

@@ -13,7 +13,8 @@ pub(crate) struct Renderbuffer {
 }
 
 impl Renderbuffer {
-    /// Allocates one of `format`, with 0 samples for one that is not multisample. Changes the renderbuffer binding.
+    /// Allocates a renderbuffer of the internal format `format`. With 0 `samples` it is not multisample. `place` names
+    /// it in errors. Leaves it bound.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -41,9 +42,9 @@ impl Drop for Renderbuffer {
     }
 }
 
-/// What a framebuffer draws colours into.
+/// A texture that a framebuffer can draw colours into.
 pub(crate) trait Attachment {
-    /// The kind of texture, and its name.
+    /// The texture target, such as `GL_TEXTURE_RECTANGLE`, and the texture.
     fn texture(&self) -> (u32, glow::Texture);
 }
 
@@ -59,7 +60,7 @@ impl Attachment for MultisampleTexture {
     }
 }
 
-/// A complete framebuffer. The textures and buffers attached to it must outlive its use.
+/// A complete framebuffer. The textures and renderbuffers attached to it must live for as long as it is used.
 pub(crate) struct Target {
     gl: Arc<glow::Context>,
     id: glow::Framebuffer,
@@ -68,8 +69,9 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// Attaches `colours` in order, and `depth` at `point` (depth, stencil or both). `place` names it in errors.
-    /// Leaves it bound.
+    /// Makes a framebuffer of `width` by `height` texels. `colours` are attached in order, from `GL_COLOR_ATTACHMENT0`
+    /// on. `depth` is an attachment point (depth, stencil, or both) and what is attached there. `place` names the
+    /// framebuffer in errors. Leaves it bound.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -77,7 +79,7 @@ impl Target {
         depth: Option<(u32, &Renderbuffer)>,
         (width, height): (u32, u32),
     ) -> Result<Target, Error> {
-        // SAFETY: the context is current; the attachments are complete objects.
+        // SAFETY: the context is current, and the attachments are allocated objects.
         unsafe {
             let id = gl.create_framebuffer().map_err(|_| not_made(gl, place))?;
             let target = Target { gl: gl.clone(), id, width, height };
@@ -99,7 +101,7 @@ impl Target {
             match gl.check_framebuffer_status(glow::FRAMEBUFFER) {
                 glow::FRAMEBUFFER_COMPLETE => {}
                 status => {
-                    // No status at all is an error's doing.
+                    // If OpenGL recorded an error, it explains the failure better than the status, which may be 0.
                     check(gl, place)?;
                     return Err(Error::gl(place, format!("incomplete: {}", incompleteness(status))));
                 }
@@ -109,11 +111,12 @@ impl Target {
         }
     }
 
-    /// The stencil's value of each pixel, the bottom row first. `place` names what they are in errors.
+    /// Reads back the stencil value of each pixel, the bottom row first. `place` names the image in errors.
     pub(crate) fn read_stencil(&self, place: &str) -> Result<Vec<u8>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize];
-        // SAFETY: the context is current and the framebuffer ours, and bound and packed as said, or it is not read.
-        // `bytes` holds a byte for each pixel, packed without gaps.
+        // SAFETY: the context is current and the framebuffer is ours. `DefaultPacking::around` reads only if the
+        // framebuffer could be bound and the packing could be set. `bytes` then holds exactly the bytes that are
+        // written: with an alignment of 1, rows have no padding.
         let bind = || unsafe { self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.id)) };
         let (width, height) = (self.width as i32, self.height as i32);
         // SAFETY: as above.
@@ -125,7 +128,7 @@ impl Target {
         Ok(bytes)
     }
 
-    /// Makes it what is drawn to, over its whole size.
+    /// Binds the framebuffer and sets the viewport to all of it.
     pub(crate) fn bind(&self) {
         // SAFETY: the context is current and the framebuffer ours.
         unsafe {
@@ -135,6 +138,7 @@ impl Target {
     }
 }
 
+/// What a status of `glCheckFramebufferStatus` means, for messages.
 fn incompleteness(status: u32) -> String {
     match status {
         glow::FRAMEBUFFER_INCOMPLETE_ATTACHMENT => "an attachment cannot be drawn to".into(),

@@ -1,32 +1,33 @@
-//! Rectangle textures: unnormalised coordinates, no mipmaps, and the fastest fetch on software drivers. And multisample
-//! ones.
+//! Rectangle textures, which have unnormalised coordinates, no mipmaps, and the fastest fetches on software drivers;
+//! and multisample textures.
 
 use super::{check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
 
-/// The texture formats in use.
+/// The texture formats that the passes render to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
-    /// 8-bit, [0, 1].
+    /// One channel of 8 bits, [0, 1].
     R8,
-    /// 16-bit float.
+    /// One channel of 16-bit float.
     R16f,
-    /// 32-bit float.
+    /// One channel of 32-bit float.
     R32f,
-    /// 8-bit, [0, 1].
+    /// Four channels of 8 bits, [0, 1].
     Rgba8,
-    /// 8-bit, [-1, 1].
+    /// Four channels of 8 bits, [-1, 1].
     Rgba8Snorm,
-    /// 16-bit float.
+    /// Four channels of 16-bit float.
     Rgba16f,
-    /// 32-bit float.
+    /// Four channels of 32-bit float.
     Rgba32f,
 }
 
 impl Format {
-    /// Every format, and its name in messages.
+    /// Every format and its name in messages.
     pub const ALL: [(Format, &'static str); 7] = [
         (Format::R8, "r8"),
         (Format::R16f, "r16f"),
@@ -37,7 +38,7 @@ impl Format {
         (Format::Rgba32f, "rgba32f"),
     ];
 
-    /// Internal format, format and type, as `glTexImage2D` takes them.
+    /// The internal format, the format and the type, as `glTexImage2D` expects them.
     pub(crate) fn gl(self) -> (u32, u32, u32) {
         match self {
             Format::R8 => (glow::R8, glow::RED, glow::UNSIGNED_BYTE),
@@ -50,7 +51,7 @@ impl Format {
         }
     }
 
-    /// Components a texel.
+    /// Components per texel: 1 or 4.
     pub(crate) fn channels(self) -> usize {
         match self {
             Format::R8 | Format::R16f | Format::R32f => 1,
@@ -59,7 +60,7 @@ impl Format {
     }
 }
 
-/// A rectangle texture that samples the nearest texel and clamps to the edge.
+/// A rectangle texture. It is sampled at the nearest texel, and coordinates are clamped to its edge.
 pub(crate) struct Texture {
     gl: Arc<glow::Context>,
     place: String,
@@ -70,8 +71,8 @@ pub(crate) struct Texture {
 }
 
 impl Texture {
-    /// Allocates without contents. `place` names it in errors. Changes the rectangle texture binding of the active
-    /// unit.
+    /// Allocates a texture with undefined contents. `place` names it in errors. Leaves it bound to
+    /// `GL_TEXTURE_RECTANGLE` of the active unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -82,7 +83,8 @@ impl Texture {
         Texture::allocate(gl, place, format, width, height, None)
     }
 
-    /// A texture that holds `texels`, `width * height` of four floats, the bottom row first.
+    /// Makes a texture that holds `texels`: `width * height` times as many floats as the format has channels, the
+    /// bottom row first. Otherwise as [`Texture::new`].
     pub(crate) fn of_floats(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -104,9 +106,9 @@ impl Texture {
         floats: Option<&[u8]>,
     ) -> Result<Texture, Error> {
         let (internal, external, kind) = format.gl();
-        // Floats are converted by the driver; without data the type only has to be one that fits.
+        // The driver converts floats to the format. Without data the type only has to be one that the format allows.
         let kind = if floats.is_some() { glow::FLOAT } else { kind };
-        // SAFETY: the context is current; `floats` holds as many texels as the size says.
+        // SAFETY: the context is current, and `floats` holds `width * height` texels.
         unsafe {
             let id = gl.create_texture().map_err(|_| not_made(gl, place))?;
             let texture = Texture { gl: gl.clone(), place: place.into(), id, format, width, height };
@@ -135,13 +137,15 @@ impl Texture {
         }
     }
 
-    /// Every texel as floats, as shaders see them, the bottom row first.
+    /// Reads all texels back as the floats that a shader would see, the bottom row first.
     pub(crate) fn read(&self) -> Result<Vec<f32>, Error> {
         let mut bytes = vec![0; self.width as usize * self.height as usize * self.format.channels() * 4];
         let place = format!("{}: reading it back", self.place);
-        // SAFETY: the context is current, the texture ours, and bound and packed as said, or it is not read. `bytes`
-        // holds one float for each component that is written, packed tightly: rows of floats are whole multiples of the
-        // alignment of 4. glGetTexImage does not clamp signed values, as glReadPixels does.
+        // SAFETY: the context is current and the texture is ours. `DefaultPacking::around` reads only if the texture
+        // could be bound and the packing could be set. `bytes` then holds exactly the floats that are written: the
+        // length of a row of floats is always a multiple of the alignment of 4, so rows have no padding.
+        //
+        // glGetTexImage is used because glReadPixels would clamp negative values.
         let bind = || unsafe { self.gl.bind_texture(glow::TEXTURE_RECTANGLE, Some(self.id)) };
         let format = self.format.gl().1;
         // SAFETY: as above.
@@ -154,6 +158,7 @@ impl Texture {
     }
 }
 
+/// The parameters that say how pixels are packed in memory when they are read back.
 const PACK: [u32; 6] = [
     glow::PACK_ALIGNMENT,
     glow::PACK_ROW_LENGTH,
@@ -163,8 +168,9 @@ const PACK: [u32; 6] = [
     glow::PACK_LSB_FIRST,
 ];
 
-/// Pixels packed as OpenGL starts out but for the alignment of rows, and the caller's way to pack them put back when
-/// dropped: with another, an image read back would reach past the memory made for it.
+/// Sets the parameters by which pixels are packed to OpenGL's initial values, except for the alignment of rows, and
+/// restores the application's values when it is dropped. With the application's values, reading an image back could
+/// write past the end of the memory that was allocated for it.
 pub(super) struct DefaultPacking<'a> {
     gl: &'a glow::Context,
     buffer: Option<glow::Buffer>,
@@ -172,8 +178,9 @@ pub(super) struct DefaultPacking<'a> {
 }
 
 impl DefaultPacking<'_> {
-    /// Reads pixels back, of what `bind` binds. Where OpenGL refuses that, or how they are to be packed, they are not
-    /// read: another image, or another way to pack it, would reach past the memory made for this one.
+    /// Calls `bind` and then `read`, which reads pixels back from what `bind` has bound. If OpenGL refuses to bind or
+    /// to set the packing, `read` is not called, because it would read another image, or pack it differently, and could
+    /// write past the end of its memory.
     pub(super) fn around(
         gl: &glow::Context,
         place: &str,
@@ -188,7 +195,7 @@ impl DefaultPacking<'_> {
             read();
         }
         drop(packing);
-        // Both are asked, so that no error is left for what comes next.
+        // `check` is called a second time even after a failure, so that no error is left for the next call.
         bound.and(check(gl, place))
     }
 
@@ -216,15 +223,16 @@ impl Drop for DefaultPacking<'_> {
     }
 }
 
-/// A multisample texture, which only `texelFetch` reads.
+/// A multisample texture, which shaders can read with `texelFetch` only.
 pub(crate) struct MultisampleTexture {
     gl: Arc<glow::Context>,
     pub(crate) id: glow::Texture,
 }
 
 impl MultisampleTexture {
-    /// Allocates one of `samples` texels a pixel, or of as many as the driver takes for them, at the same places in
-    /// every texture of as many. Changes the multisample texture binding of the active unit.
+    /// Allocates a texture with `samples` samples per pixel, or with more if the driver rounds the number up. All
+    /// textures made with the same number have their samples at the same places in the pixel. `place` names the texture
+    /// in errors. Leaves it bound to `GL_TEXTURE_2D_MULTISAMPLE` of the active unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         place: &str,
@@ -244,7 +252,8 @@ impl MultisampleTexture {
         }
     }
 
-    /// How many texels a pixel has: as many as asked for, or more. `place` names it in errors.
+    /// The number of samples per pixel: as many as were asked for, or more. `place` names the texture in errors. Leaves
+    /// the texture bound.
     pub(crate) fn samples(&self, place: &str) -> Result<u32, Error> {
         // SAFETY: the context is current and the texture ours.
         let samples = unsafe {

@@ -1,4 +1,4 @@
-//! How long passes take: OpenGL timer queries, and the clock on the wall around finished work.
+//! Measures how long passes take, by OpenGL's timer queries and by the system's clock.
 
 use super::{check, not_made};
 use crate::Error;
@@ -6,18 +6,19 @@ use glow::HasContext;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// One pass's time.
+/// How long one pass took.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PassTime {
-    /// The pass.
+    /// The name of the pass, such as `ao` or `blur_x`.
     pub name: &'static str,
-    /// Milliseconds by the driver's timer query; none where it has no timer.
+    /// Milliseconds by the driver's timer query; `None` if the driver has no working timer.
     pub gpu_ms: Option<f64>,
-    /// Milliseconds from a finished queue to a finished queue.
+    /// Milliseconds by the system's clock, from one `glFinish` before the pass to another after it.
     pub wall_ms: f64,
 }
 
-/// Times passes, when it is asked to; without, passes are only run.
+/// Runs passes, and times them if it was created to do so.
 pub struct Timers {
     gl: Arc<glow::Context>,
     on: bool,
@@ -26,10 +27,10 @@ pub struct Timers {
 }
 
 impl Timers {
-    /// Timers that time (`on`), or that only run what they are given.
+    /// Timers that measure if `on` is true, and that otherwise only run the passes. The context must be current.
     ///
     /// # Errors
-    /// Where the driver makes no query object.
+    /// [`Error::Gl`] if the driver makes no query object.
     pub fn new(gl: &Arc<glow::Context>, on: bool) -> Result<Timers, Error> {
         let mut query = None;
         if on {
@@ -39,37 +40,39 @@ impl Timers {
         Ok(Timers { gl: gl.clone(), on, query, times: Vec::new() })
     }
 
-    /// True where the driver's timer sees time pass. The context must be current, and no query of elapsed time under
-    /// way.
+    /// True if the driver's timer query works: some drivers accept the query and always answer 0. The context must be
+    /// current, and no `GL_TIME_ELAPSED` query may be active.
     ///
     /// # Errors
-    /// As [`Timers::new`].
+    /// [`Error::Gl`] if the driver makes no query object, or if OpenGL refuses the query.
     pub fn driver_has_one(gl: &Arc<glow::Context>) -> Result<bool, Error> {
         let mut timers = Timers::new(gl, true)?;
         timers.pass("nothing", || Ok(()))?;
         Ok(timers.take().iter().all(|time| time.gpu_ms.is_some()))
     }
 
-    /// The times of the passes run since it was last asked, in their order.
+    /// The times of the passes that ran since the previous call, in the order in which they ran. Empty if the timers do
+    /// not measure.
+    #[must_use]
     pub fn take(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.times)
     }
 
-    /// Runs a pass. What OpenGL has against it is an error in the pass's name.
+    /// Runs a pass. An OpenGL error during the pass is returned as an error at the place `name`.
     pub(crate) fn pass(&mut self, name: &'static str, run: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
         if !self.on {
             run()?;
             return check(&self.gl, name);
         }
         let gl = &self.gl;
-        // SAFETY: the context is current, and no other TIME_ELAPSED query is under way: passes do not nest.
+        // SAFETY: the context is current, and no other TIME_ELAPSED query is active, since passes do not nest.
         unsafe {
             gl.finish();
             let start = Instant::now();
             if let Some(query) = self.query {
                 gl.begin_query(glow::TIME_ELAPSED, query);
-                // llvmpipe bins the begin mark into the scene under way: without the flush, a pass on the framebuffer
-                // that is already bound would read as next to nothing.
+                // llvmpipe bins the begin mark together with the draws before it. Without the flush, a pass on a
+                // framebuffer that was already bound would seem to take almost no time.
                 gl.flush();
             }
             check(gl, "timer")?;
@@ -82,13 +85,14 @@ impl Timers {
             result?;
             let mut nanoseconds = 0u64;
             if let Some(query) = self.query {
-                // glow 0.17's get_query_parameter_u64 calls an extension's function wherever one of OpenGL 4.5 is
-                // missing. This one calls OpenGL 3.3's, to which the offset is the address when no buffer is bound.
+                // glow 0.17's get_query_parameter_u64 calls an extension's function wherever a function of OpenGL 4.5
+                // is missing. The function below calls OpenGL 3.3's glGetQueryObjectui64v, which takes the offset as an
+                // address in memory when no query buffer is bound.
                 let address = (&raw mut nanoseconds).expose_provenance();
                 gl.get_query_parameter_u64_with_offset(query, glow::QUERY_RESULT, address);
             }
             check(gl, "timer")?;
-            // A driver whose timer has no bits answers 0.
+            // A driver whose timer has 0 bits always answers 0.
             let gpu_ms = (nanoseconds > 0).then_some(nanoseconds as f64 / 1e6);
             self.times.push(PassTime { name, gpu_ms, wall_ms });
         }

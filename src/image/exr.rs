@@ -1,4 +1,4 @@
-//! OpenEXR files: 32-bit float, the channel `Y` or the channels `R`, `G`, `B`, with text.
+//! OpenEXR files with text: 32-bit float, with the channel `Y` or the channels `R`, `G` and `B`.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Seek as _};
@@ -15,9 +15,12 @@ use super::Image;
 use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
-/// The bytes of an EXR file that holds `image`, its top row first, and the pairs (keyword, text) of `text` as string
-/// attributes. Their names are the keywords in lower case, as EXR's own `software` and `comments` are.
-/// Every value is kept to the bit, infinities included.
+/// Encodes an image as the bytes of an EXR file. Every value is stored exactly, including infinities. `text` is stored
+/// as pairs (keyword, text) in string attributes. The attributes' names are the keywords in lower case, like EXR's own
+/// `software` and `comments`.
+///
+/// # Errors
+/// [`Error::Usage`] for an image without texels.
 pub fn encode<T: Texel<Component = f32>>(image: &Image<T>, text: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
     let refused = |what: String| {
         Error::Usage(format!("an image of {}x{} cannot be written as EXR: {what}", image.width, image.height))
@@ -29,12 +32,12 @@ pub fn encode<T: Texel<Component = f32>>(image: &Image<T>, text: &[(&str, &str)]
         let samples = image.rows_from_top().flatten().map(|texel| texel.components()[i]).collect();
         AnyChannel::new(*name, FlatSamples::F32(samples))
     };
-    // EXR wants its channels in the order of their names.
+    // EXR requires channels to be in the alphabetical order of their names.
     let channels = AnyChannels::sort(channel_names::<T>().iter().enumerate().map(channel).collect());
 
     let mut attributes = LayerAttributes::default();
     for &(keyword, text) in text {
-        // An EXR string is bytes without a declared encoding; UTF-8 is what readers show.
+        // An EXR string is a sequence of bytes without a declared encoding. Readers display it as UTF-8.
         let text = Text::from_slice_unchecked(text.as_bytes());
         match keyword.to_lowercase().as_str() {
             "software" => attributes.software_name = Some(text),
@@ -45,7 +48,7 @@ pub fn encode<T: Texel<Component = f32>>(image: &Image<T>, text: &[(&str, &str)]
             }
         }
     }
-    // ZIP over 16 rows at once: lossless, and every reader of EXR knows it.
+    // ZIP compression of 16 rows at a time is lossless, and every reader of EXR supports it.
     let encoding = ::exr::image::Encoding {
         compression: Compression::ZIP16,
         blocks: ::exr::image::Blocks::ScanLines,
@@ -57,7 +60,11 @@ pub fn encode<T: Texel<Component = f32>>(image: &Image<T>, text: &[(&str, &str)]
     Ok(bytes.into_inner())
 }
 
-/// Reads the first layer of an EXR file: `Y` as `f32`, `R`, `G`, `B` as `[f32; 3]`; other channels are passed over.
+/// Reads the first layer of an EXR file. The channel `Y` is read as `f32`, and the channels `R`, `G` and `B` as
+/// `[f32; 3]`. Other channels are ignored.
+///
+/// # Errors
+/// [`Error::Input`] if the file cannot be read, is damaged, or lacks these channels.
 pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
     let chunks = chunks(path)?;
     let image = ::exr::prelude::read()
@@ -75,20 +82,22 @@ pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
         let Some(channel) = layer.channel_data.list.iter().find(|channel| channel.name.eq(name)) else {
             let found: Vec<String> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
             let found = Error::shown(&found.join(", "));
-            let what = format!("the channel {name} is wanted here, the file holds {found}");
+            let what = format!("this must be an EXR image with the channel {name}, but the file has {found}");
             return Err(Error::input(path, what));
         };
         let plane: Vec<f32> = channel.sample_data.values_as_f32().collect();
         if plane.len() != width * height {
-            return Err(Error::input(path, format!("the channel {name} does not have one value a pixel")));
+            return Err(Error::input(path, format!("the channel {name} does not have one value per pixel")));
         }
         planes.push(plane);
     }
     Ok(Image::from_fn(width, height, |x, y| T::from_components(|i| planes[i][(height - 1 - y) * width + x])))
 }
 
-/// Reads the string attributes of an EXR file's first layer as pairs (name, text), in no particular order. Its header
-/// must not be longer than 16 MiB.
+/// Reads the string attributes of an EXR file's first layer as pairs (name, text), in no particular order.
+///
+/// # Errors
+/// [`Error::Input`] if the file cannot be read, is damaged, or has a header longer than 16 MiB.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let (file, length) = open(path)?;
     let headers = headers(path, file, length)?;
@@ -108,7 +117,7 @@ pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
 
 type Chunks = ::exr::block::reader::Reader<BufReader<File>>;
 
-/// Opens a file and reads its headers, but no pixels yet.
+/// Opens a file and reads its headers. Its pixels are read later.
 fn chunks(path: &Path) -> Result<Chunks, Error> {
     let (mut file, length) = open(path)?;
     let refused = |e: &dyn std::fmt::Display| Error::input(path, e.to_string());
@@ -117,7 +126,7 @@ fn chunks(path: &Path) -> Result<Chunks, Error> {
     ::exr::block::read(file, false).map_err(|e| refused(&e))
 }
 
-/// Reads the headers of the layers, at least one, and checks what they claim.
+/// Reads the headers of the layers, of which there must be at least one, and checks what they claim.
 fn headers(path: &Path, file: impl BufRead, length: u64) -> Result<Headers, Error> {
     let mut file = file.take(MOST_TEXT as u64);
     let read = MetaData::read_from_buffered(&mut file, false);
@@ -129,7 +138,7 @@ fn headers(path: &Path, file: impl BufRead, length: u64) -> Result<Headers, Erro
     let bytes = |header: &Header| {
         header.layer_size.0 as u128 * header.layer_size.1 as u128 * header.channels.bytes_per_pixel as u128
     };
-    // Of a file of several layers, none may be there.
+    // A file in the format for several layers may have none.
     if headers.is_empty() {
         return Err(Error::input(path, "it holds no image"));
     }
@@ -137,6 +146,7 @@ fn headers(path: &Path, file: impl BufRead, length: u64) -> Result<Headers, Erro
     Ok(headers)
 }
 
+/// The names of the channels that store the components of a texel.
 fn channel_names<T: Texel>() -> &'static [&'static str] {
     if T::COMPONENTS == 1 { &["Y"] } else { &["R", "G", "B"] }
 }

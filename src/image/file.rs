@@ -7,31 +7,31 @@ use std::io::{BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 impl<T: Copy> Image<T> {
-    /// The rows as image files have them, the top row first. The image must hold texels.
+    /// The rows in the order of image files, the top row first. The image must not be empty.
     pub(super) fn rows_from_top(&self) -> impl Iterator<Item = &[T]> {
         self.texels.chunks_exact(self.width).rev()
     }
 
-    /// True where there is nothing that a file could hold: neither format knows an image without pixels.
+    /// True if the image has no texels. Neither file format can store such an image.
     pub(super) fn is_empty(&self) -> bool {
         self.width == 0 || self.height == 0
     }
 }
 
-/// A number that image files hold: `u8` in PNG, `f32` in EXR.
+/// A number that image files store: `u8` in PNG, `f32` in EXR.
 pub trait Component: Copy {}
 impl Component for u8 {}
 impl Component for f32 {}
 
-/// A texel that image files hold: one component (`u8`, `f32`) or three (`[u8; 3]`, `[f32; 3]`).
+/// A texel that image files store: one component (`u8`, `f32`) or three (`[u8; 3]`, `[f32; 3]`).
 pub trait Texel: Copy {
-    /// What it is made of.
+    /// The type of its components.
     type Component: Component;
-    /// How many components it has.
+    /// The number of its components: 1 or 3.
     const COMPONENTS: usize;
-    /// Its components in order.
+    /// Its components, in order.
     fn components(&self) -> &[Self::Component];
-    /// A texel of component i = `component(i)`.
+    /// Makes a texel whose component number i is `component(i)`.
     fn from_components(component: impl Fn(usize) -> Self::Component) -> Self;
 }
 
@@ -57,15 +57,17 @@ impl<C: Component> Texel for [C; 3] {
     }
 }
 
-/// What every file that we write says about itself, as (keyword, text): the software, and the settings that made it.
+/// The text, as pairs (keyword, text), that is stored in every file: the name of this software, and `settings`, the
+/// settings that made the file.
+#[must_use]
 pub fn metadata(settings: &str) -> [(&'static str, &str); 2] {
     [("Software", concat!("hbao ", env!("CARGO_PKG_VERSION"))), ("hbao", settings)]
 }
 
-/// Bytes of text that are read from a file, and of the header that holds it in an EXR.
+/// The most bytes of text that are read from a PNG, and the most bytes of an EXR's header, which contains the text.
 pub(super) const MOST_TEXT: usize = 1 << 24;
 
-/// Opens an image file to be read, and tells its length in bytes.
+/// Opens an image file for reading. Returns the file and its length in bytes.
 pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
     let open = || {
         let mut file = File::open(path)?;
@@ -76,8 +78,9 @@ pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
     open().map_err(|e: std::io::Error| Error::input(path, e.to_string()))
 }
 
-/// Refuses a file whose header claims more bytes of pixels than a file of its length can hold, before memory is set
-/// aside for them. Deflate, inside both formats, makes at best 1 byte of 1032, EXR's other codecs not much less.
+/// Refuses a file whose header claims more bytes of pixels than a file of its length can contain. This is checked
+/// before memory is allocated for the pixels. Deflate, which both formats use, compresses at best 1032 bytes to 1, and
+/// EXR's other codecs do not do much better.
 pub(super) fn check_claim(path: &Path, length: u64, claimed: u128) -> Result<(), Error> {
     const BEST_COMPRESSION: u128 = 2048;
     if claimed > u128::from(length) * BEST_COMPRESSION || usize::try_from(claimed).is_err() {

@@ -1,8 +1,9 @@
-//! Images in memory, and PNG and EXR in and out, written whole or not at all.
+//! Images in memory; with the feature `render` also PNG and EXR files, which are written either completely or not at
+//! all.
 //!
-//! [`png`] and [`exr`] turn an [`Image`] into the bytes of a file and read it back; [`Outputs`] puts bytes under their
-//! names, all files of a run together. The kind of texel says the kind of file: `u8` is grey and `[u8; 3]` is RGB in a
-//! PNG, `f32` is the channel `Y` and `[f32; 3]` are `R`, `G`, `B` in an EXR.
+//! `png` and `exr` turn an [`Image`] into the bytes of a file, and read files back. `Outputs` writes the bytes to
+//! files, all files of a run together. The type of the texels determines the kind of file: in a PNG `u8` is grey and
+//! `[u8; 3]` is RGB; in an EXR `f32` is the channel `Y` and `[f32; 3]` are the channels `R`, `G` and `B`.
 
 #[cfg(feature = "render")]
 pub mod exr;
@@ -18,25 +19,27 @@ pub use file::{Component, Texel, metadata};
 #[cfg(feature = "render")]
 pub use output::Outputs;
 
-/// A rectangle of texels, row by row **from the bottom up**, as in an OpenGL window: `texels[y * width + x]`.
-/// Image files have the top row first; reading and writing them turns the rows around.
+/// A rectangle of texels, stored row by row **from the bottom up**, as in an OpenGL window: `texels[y * width + x]`.
+/// Image files store the top row first. Reading and writing them reverses the order of the rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image<T> {
-    /// Texels in a row.
+    /// The number of texels in a row.
     pub width: usize,
-    /// Rows.
+    /// The number of rows.
     pub height: usize,
     /// `width * height` texels, the bottom row first.
     pub texels: Vec<T>,
 }
 
 impl<T: Copy> Image<T> {
-    /// An image that holds `texel` everywhere.
+    /// Makes an image in which every texel is `texel`.
+    #[must_use]
     pub fn filled(width: usize, height: usize, texel: T) -> Image<T> {
         Image { width, height, texels: vec![texel; width * height] }
     }
 
-    /// An image made texel by texel, of (x, y) with y up.
+    /// Makes an image in which the texel at column x of row y is `f(x, y)`. Row 0 is at the bottom.
+    #[must_use]
     pub fn from_fn(width: usize, height: usize, mut f: impl FnMut(usize, usize) -> T) -> Image<T> {
         let mut texels = Vec::with_capacity(width * height);
         for y in 0..height {
@@ -45,12 +48,14 @@ impl<T: Copy> Image<T> {
         Image { width, height, texels }
     }
 
-    /// The texel in column `x` of row `y`, y up.
+    /// The texel at column `x` of row `y`. Row 0 is at the bottom.
+    #[must_use]
     pub fn at(&self, x: usize, y: usize) -> T {
         self.texels[y * self.width + x]
     }
 
-    /// The image with `f` applied to each texel.
+    /// Makes an image of the same size by applying `f` to each texel.
+    #[must_use]
     pub fn map<U: Copy>(&self, f: impl Fn(T) -> U) -> Image<U> {
         Image { width: self.width, height: self.height, texels: self.texels.iter().map(|&t| f(t)).collect() }
     }

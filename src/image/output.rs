@@ -1,4 +1,4 @@
-//! Files written whole or not at all, several at once.
+//! Writes several files at once, each either completely or not at all.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -8,15 +8,17 @@ use tempfile::TempPath;
 
 use crate::Error;
 
-/// The files of one run. Each is staged under a temporary name in its own folder; once all are, [`Outputs::commit`]
-/// gives them their names. Dropped before that, nothing is left.
+/// The files of one run. [`Outputs::stage`] writes each under a temporary name in its own folder. When all are staged,
+/// [`Outputs::commit`] gives them their names. If the value is dropped before that, the temporary files are deleted.
 ///
-/// Whenever the process is killed, or ended for want of memory (then no destructor runs), under each name is what was
-/// there before or the new file, whole. It may leave files of the temporary names behind, `.hbao-*.tmp`, which
-/// nothing reads and anyone may delete. Nothing is flushed to the disk: a loss of power is another matter.
+/// At every moment, each name refers either to what was there before or to the complete new file. This holds even if
+/// the process is killed or runs out of memory. In those cases no destructor runs, and files with temporary names,
+/// `.hbao-*.tmp`, may be left behind. Nothing reads them, and they may be deleted. Files are not flushed to the disk,
+/// so nothing is promised for a loss of power.
 ///
-/// A symbolic link is followed: it stays, and what it points to is replaced. What is neither a file nor a folder (a
-/// terminal, `/dev/null`, a FIFO), and whatever `/dev/stdout` leads to, keeps its place: the bytes are sent into it.
+/// If a path is a symbolic link, the link stays and the file that it points to is replaced. If a path is neither a file
+/// nor a folder (a terminal, `/dev/null`, a FIFO), or leads to an open file of this process, such as `/dev/stdout`, the
+/// bytes are written to it instead of replacing it.
 ///
 /// ```
 /// # fn main() -> Result<(), hbao::Error> {
@@ -31,12 +33,13 @@ use crate::Error;
 /// # }
 /// ```
 #[derive(Debug, Default)]
+#[must_use = "nothing is written until `commit` is called"]
 pub struct Outputs {
     files: Vec<StagedFile>,
     streams: Vec<StagedStream>,
 }
 
-/// A file that is complete but for its name.
+/// A complete file that still has its temporary name.
 #[derive(Debug)]
 struct StagedFile {
     path: PathBuf,
@@ -44,7 +47,7 @@ struct StagedFile {
     target: PathBuf,
 }
 
-/// Bytes for a thing that cannot be replaced, only written to.
+/// Bytes for a destination that can be written to but not replaced.
 #[derive(Debug)]
 struct StagedStream {
     path: PathBuf,
@@ -53,23 +56,33 @@ struct StagedStream {
 
 /// What a path leads to.
 enum Destination {
+    /// A file that exists or can be created, by its absolute path.
     File(PathBuf),
+    /// Something that can only be written to.
     Stream,
 }
 
 impl Outputs {
-    /// Nothing to write yet.
+    /// Makes an empty set of files.
     pub fn new() -> Outputs {
         Outputs::default()
     }
 
-    /// Finds out whether files of these names could be written, before any work is done for them. It leaves nothing.
+    /// Checks whether files could be written to these paths, so that a mistake is reported before any work is done. The
+    /// temporary files that this creates are deleted at once.
+    ///
+    /// # Errors
+    /// As [`Outputs::stage`].
     pub fn check<P: AsRef<Path>>(paths: impl IntoIterator<Item = P>) -> Result<(), Error> {
         let mut rehearsal = Outputs::new();
         paths.into_iter().try_for_each(|path| rehearsal.stage(path, b""))
     }
 
-    /// Writes `bytes` under a temporary name beside `path`, or keeps them where `path` cannot be replaced.
+    /// Writes `bytes` under a temporary name in the folder of `path`. If `path` can be written to but not replaced, the
+    /// bytes are kept in memory instead.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if `path` cannot be written, or if an earlier call staged a file for the same path.
     pub fn stage(&mut self, path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), Error> {
         let path = path.as_ref();
         let target = match destination(path).map_err(|what| Error::output(path, what))? {
@@ -82,23 +95,28 @@ impl Outputs {
         if self.files.iter().any(|file| file.target == target) {
             return Err(Error::output(path, "two outputs have this name: give each its own"));
         }
-        // The file is created as any other, so that its permissions follow the umask; tempfile's own are 0600.
+        // The file is created with `File::create_new`, so that its permissions follow the umask. Files that tempfile
+        // creates itself have the permissions 0600.
         let folder = target.parent().unwrap_or(&target);
         let mut file = tempfile::Builder::new()
             .prefix(".hbao-")
             .suffix(".tmp")
             .make_in(folder, |name| File::create_new(name))
-            .map_err(|e| Error::output(path, format!("the folder {} takes no files: {e}", folder.display())))?;
+            .map_err(|e| Error::output(path, format!("no file can be created in {}: {e}", folder.display())))?;
         file.as_file_mut().write_all(bytes).map_err(|e| Error::output(path, e))?;
         self.files.push(StagedFile { path: path.into(), temporary: file.into_temp_path(), target });
         Ok(())
     }
 
-    /// Gives every staged file its name, replacing what had it. Streams go first, since a broken pipe should leave the
-    /// files as they were. Should a rename fail all the same, the files before it are in place, those after it are not.
+    /// Gives every staged file its name, and replaces the file that had this name. What cannot be replaced is written
+    /// to first, so that a broken pipe leaves all files as they were.
+    ///
+    /// # Errors [`Error::Output`] if writing or renaming fails. If renaming fails, the files that were staged earlier
+    /// have already been replaced, and those staged later have not.
     pub fn commit(self) -> Result<(), Error> {
         for StagedStream { path, bytes } in &self.streams {
-            // Appending leaves alone what `>> log` had in it, and means nothing to a pipe or a device.
+            // Appending keeps what a log file contains when the shell has opened it with `>> log`. For pipes and
+            // devices it makes no difference.
             let mut stream = OpenOptions::new().append(true).open(path).map_err(|e| Error::output(path, e))?;
             stream.write_all(bytes).map_err(|e| Error::output(path, e))?;
         }
@@ -109,11 +127,11 @@ impl Outputs {
     }
 }
 
-/// Where the bytes for `path` have to go, or why they cannot: links followed, and the folder absolute, so that two
-/// spellings of one file are known as one.
+/// Finds out what `path` leads to, or why nothing can be written there. Links are followed and the folder is made
+/// absolute, so that two different paths of one file are recognised as the same.
 fn destination(path: &Path) -> Result<Destination, String> {
     if path.to_string_lossy().ends_with(is_separator) {
-        return Err("it is the name of a folder: add that of a file".into());
+        return Err("it is the name of a folder: add the name of a file".into());
     }
     let target = follow_links(path).map_err(|e| e.to_string())?;
     if let Ok(existing) = fs::metadata(path) {
@@ -128,7 +146,7 @@ fn destination(path: &Path) -> Result<Destination, String> {
         }
     }
     let Some(name) = target.file_name() else {
-        return Err("this is no name for a file".into());
+        return Err("it does not end with the name of a file: add one".into());
     };
     let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -144,10 +162,10 @@ fn destination(path: &Path) -> Result<Destination, String> {
     }
 }
 
-/// Follows symbolic links from `path` to a name that is none, which need not exist. It stops at an open descriptor,
-/// whose link may lead to no name at all (`pipe:[4711]`).
+/// Follows symbolic links from `path` until a path is not a link. That path need not exist. It also stops at an open
+/// file of this process, because the link of such a file may not be a path (`pipe:[4711]`).
 fn follow_links(path: &Path) -> io::Result<PathBuf> {
-    const MOST_LINKS: usize = 40; // as many as Linux follows
+    const MOST_LINKS: usize = 40; // Linux follows as many
     let mut target = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         if is_descriptor(&target) {
@@ -157,13 +175,14 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
             return Ok(target);
         };
         target.pop();
-        target.push(link); // replaces all where the link is absolute
+        target.push(link); // an absolute link replaces the whole path
     }
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// True for the names by which Unix shows a process its open files, such as what `/dev/stdout` links to. Where one is a
-/// regular file, a rename would put another file in its place behind the back of the shell that opened it.
+/// True for the paths by which Unix shows a process its open files, such as the one that `/dev/stdout` links to. Even
+/// if the open file is a regular file it must not be replaced by renaming another file, because the shell that opened
+/// it would keep the old one.
 fn is_descriptor(path: &Path) -> bool {
     path.starts_with("/dev/fd") || path.starts_with("/proc")
 }

@@ -1,4 +1,4 @@
-//! PNG files: 8 bits a component, grey or RGB, with text.
+//! PNG files with text: grey or RGB, with 8 bits per component.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -10,8 +10,11 @@ use super::Image;
 use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
-/// The bytes of a PNG file that holds `image`, its top row first, and the pairs (keyword, text) of `text`.
-/// A keyword is 1 to 79 characters of Latin-1; the text may hold any.
+/// Encodes an image as the bytes of a PNG file. `text` is stored in it as pairs (keyword, text). A keyword has 1 to 79
+/// characters of Latin-1, and the text may contain any characters.
+///
+/// # Errors
+/// [`Error::Usage`] for an image that is empty or too large for the format, and for a keyword that is not allowed.
 pub fn encode<T: Texel<Component = u8>>(image: &Image<T>, text: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
     let refused = |what: String| {
         Error::Usage(format!("an image of {}x{} cannot be written as PNG: {what}", image.width, image.height))
@@ -31,7 +34,7 @@ pub fn encode<T: Texel<Component = u8>>(image: &Image<T>, text: &[(&str, &str)])
         encoder.set_depth(BitDepth::Eight);
         encoder.set_compression(Compression::Balanced);
         for &(keyword, text) in text {
-            // Every reader knows tEXt, which is Latin-1; iTXt is UTF-8.
+            // Every reader supports tEXt, but its text is Latin-1. The text of iTXt is UTF-8.
             if text.is_ascii() {
                 encoder.add_text_chunk(keyword.into(), text.into())?;
             } else {
@@ -46,14 +49,20 @@ pub fn encode<T: Texel<Component = u8>>(image: &Image<T>, text: &[(&str, &str)])
     write().map_err(|e| refused(e.to_string()))
 }
 
-/// Reads a PNG file of 8 bits a component: grey as `u8`, RGB as `[u8; 3]`.
+/// Reads a PNG file with 8 bits per component. A grey image is read as `u8`, and an RGB image as `[u8; 3]`.
+///
+/// # Errors
+/// [`Error::Input`] if the file cannot be read, is damaged, or holds another kind of image.
 pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     let mut reader = reader(path)?;
     let found = (reader.info().color_type, reader.info().bit_depth);
     let wanted = (color::<T>(), BitDepth::Eight);
     if found != wanted {
         let name = |(color, depth): (ColorType, BitDepth)| format!("{color:?} of {} bits", depth as u8);
-        return Err(Error::input(path, format!("{} is wanted here, the file holds {}", name(wanted), name(found))));
+        return Err(Error::input(
+            path,
+            format!("this must be a PNG in {}, but it is in {}", name(wanted), name(found)),
+        ));
     }
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     let mut bytes = vec![0; width * height * T::COMPONENTS];
@@ -64,11 +73,14 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }))
 }
 
-/// Reads the pairs (keyword, text) of a PNG file, in no particular order: at most 16 MiB of text, since a few bytes
-/// of a file can be made to hold gigabytes.
+/// Reads the text of a PNG file as pairs (keyword, text), in no particular order. At most 16 MiB of text are read,
+/// because a small file can contain gigabytes of compressed text.
+///
+/// # Errors
+/// [`Error::Input`] if the file cannot be read, is damaged, or has more text.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let mut reader = reader(path)?;
-    reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // text may also follow the pixels
+    reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // reads the text that follows the pixels, too
     let info = reader.info();
     let refused = |e: &dyn Display| Error::input(path, format!("its text cannot be read, or is past 16 MiB: {e}"));
     let mut pairs = Vec::new();
@@ -81,7 +93,7 @@ pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     for chunk in &info.uncompressed_latin1_text {
         keep(&chunk.keyword, Cow::Borrowed(&chunk.text), &mut room)?;
     }
-    // The limit of `decompress_text_with_limit` holds for what is compressed alone; `keep` counts all.
+    // `decompress_text_with_limit` does not limit text that is not compressed. `keep` counts all text.
     for chunk in &info.compressed_latin1_text {
         let mut chunk = chunk.clone();
         chunk.decompress_text_with_limit(room).map_err(|e| refused(&e))?;
@@ -95,6 +107,7 @@ pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     Ok(pairs)
 }
 
+/// Opens a PNG file, reads its header and checks what the header claims.
 fn reader(path: &Path) -> Result<Reader<impl std::io::BufRead + std::io::Seek + use<>>, Error> {
     let (file, length) = open(path)?;
     let mut decoder = Decoder::new(file);

@@ -3,8 +3,8 @@
 use super::median;
 use crate::settings::Method;
 
-/// The columns of [`TABLE_6_2_1`]: the frame without ambient occlusion and blur, the frame with the blur over A = 1, and
-/// frames with as many directions and steps as the name says.
+/// The columns of [`TABLE_6_2_1`]: the frame without ambient occlusion and blur, the frame with the blur over A = 1,
+/// and frames with as many directions and steps as the name says.
 pub const COLUMNS: [&str; 5] = ["no AO/no blur", "no AO", "4/4", "8/8", "16/16"];
 /// The column that has as many samples as the talk's figure.
 pub const EIGHT: usize = 3;

@@ -1,4 +1,4 @@
-//! The stencil: 1 where a pixel holds a surface, so that the passes after it skip background.
+//! Writes the stencil: 1 where a pixel holds a surface. The later passes test it and so skip the background.
 
 use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
 use crate::Error;
@@ -11,14 +11,15 @@ pub(crate) struct Background {
 }
 
 impl Background {
-    /// A texel of the target stands for `scale` pixels.
+    /// Compiles the pass for a depth texture of this kind, and for a target each of whose texels stands for `scale`
+    /// pixels in x and y.
     pub(crate) fn new(gl: &Arc<glow::Context>, depth: TextureTarget, scale: [u32; 2]) -> Result<Background, Error> {
         let defines = depth_defines(depth, scale);
         let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("background.frag")])?;
         Ok(Background { program })
     }
 
-    /// Draws every pixel of the bound target that holds a surface.
+    /// Draws at every texel of the bound target that holds a surface. The caller sets what drawing does to the stencil.
     pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &DepthInput) {
         depth.bind(full_screen, self.program.bind(), 0);
         full_screen.draw();

@@ -1,5 +1,6 @@
-//! The cross-bilateral blur (ShaderX7 6.2): separated in X and Y or in full, upsampling from half resolution,
-//! supersampling on edge pixels; and the blur of equal weights of 6.1.
+//! The blurs of ambient occlusion. One is the cross-bilateral blur of ShaderX7 6.2, either as two passes along X and Y
+//! or as one pass over the whole kernel. It can upsample from half resolution, and on edge pixels it can supersample.
+//! The other is the blur of 6.1, whose taps all have the same weight.
 
 use super::{
     DepthInput, DepthSamples, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines, depth_sigma, pixels,
@@ -13,14 +14,14 @@ use std::sync::Arc;
 /// Which taps a pass takes, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Kernel {
-    /// A row of the Gaussian of this width in pixels, odd.
+    /// A row of the Gaussian kernel. The width is in pixels, and odd.
     X(u32),
-    /// A column.
+    /// A column of the Gaussian kernel, of this width.
     Y(u32),
-    /// The square.
+    /// The whole square Gaussian kernel, of this width.
     Full(u32),
-    /// Crysis' 4x4 texels, from two before the pixel's own to the one after it, of equal weights: every residue of the
-    /// tile once.
+    /// The 4x4 texels of Crysis, all with the same weight. They reach from two texels before the pixel's own to one
+    /// texel after it, so that each texel of the rotation tile contributes once.
     Crysis,
 }
 
@@ -29,11 +30,12 @@ pub(crate) enum Kernel {
 pub(crate) struct BlurVariant {
     pub(crate) kernel: Kernel,
     pub(crate) depth: TextureTarget,
-    /// How many pixels a texel of what is blurred stands for in x and y.
+    /// How many pixels in x and y one texel of the blurred image stands for.
     pub(crate) from: [u32; 2],
-    /// The same of the target.
+    /// How many pixels in x and y one texel of the target stands for.
     pub(crate) to: [u32; 2],
-    /// The depth samples around each of which it is blurred; none: around the resolved depth.
+    /// For the supersampling blur, the number of depth samples per pixel. `None` for the blur around the resolved
+    /// depth.
     pub(crate) samples: Option<u32>,
 }
 
@@ -61,7 +63,8 @@ impl Blur {
         for (axis, along, from) in [("X", along_x, variant.from[0]), ("Y", along_y, variant.from[1])] {
             let (first, last) = match width {
                 _ if !along => (0, 0),
-                // At half resolution the pixel's own texel may be to its left: taps reach one pixel further right.
+                // At half resolution the pixel can be the one to the right of its texel's own. Rounding the number of
+                // taps up lets them reach the end of the kernel on that side, too.
                 Some(width) => (-i64::from((width / 2).div_ceil(from)), i64::from((width / 2).div_ceil(from))),
                 None => (-2, 1),
             };
@@ -72,7 +75,7 @@ impl Blur {
             // s = (radius + 1) / 2 pixels.
             let sigma = f64::from(radius + 1) / 2.0;
             let weight = |k: u32| if k > radius { 0.0 } else { (-f64::from(k * k) / (2.0 * sigma * sigma)).exp() };
-            // The outermost taps of half resolution lie up to two pixels beyond the kernel, and weigh nothing.
+            // At half resolution the outermost taps lie up to two pixels beyond the kernel, where the weight is 0.
             let weights: Vec<String> = (0..=radius + 2).map(|k| format!("{:?}", weight(k) as f32)).collect();
             defines = defines.value("GAUSSIAN", weights.len()).value("SPATIAL", weights.join(", "));
         }
@@ -80,7 +83,8 @@ impl Blur {
         Ok(Blur { program, gaussian: width.is_some() })
     }
 
-    /// Blurs `ao` into the bound target. `samples` are the depth samples that it is compiled for.
+    /// Blurs `ao` into the bound target. `samples` must be given if the pass is compiled for the supersampling blur,
+    /// and must have the number of samples that it is compiled for.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
@@ -98,7 +102,7 @@ impl Blur {
         }
         program.unit("ao_image", 1).vec2("extent", [f64::from(depth.size.0), f64::from(depth.size.1)]);
         if self.gaussian {
-            // Of a Gaussian, s_z is in scene units: only 6.1's blur goes by the depth.
+            // A Gaussian's depth sigma is always in scene units. Only that of 6.1's blur can be a share of the depth.
             program.float("inverse_sigma", 1.0 / (SQRT_2 * sigma.at(0.0)));
         } else {
             depth_sigma(program, sigma);

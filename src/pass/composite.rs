@@ -1,17 +1,17 @@
-//! The image: colour times ambient occlusion.
+//! Makes the final image: colour times ambient occlusion.
 
 use super::{FULLSCREEN, FullScreen};
 use crate::Error;
 use crate::gl::{Defines, Program, Texture, source};
 use std::sync::Arc;
 
-/// What ambient occlusion multiplies.
+/// Which part of the colour is multiplied by ambient occlusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Apply {
-    /// The whole colour, direct light too: what the chapter's results do.
+    /// The whole colour, including direct light, as in the results of ShaderX7 6.2.
     #[default]
     All,
-    /// The ambient share of the colour alone.
+    /// The ambient share of the colour only.
     Ambient,
 }
 
@@ -30,7 +30,7 @@ impl Composite {
         Ok(Composite { program })
     }
 
-    /// Draws into the bound target. Ambient occlusion may be at half the colour's size, rounded up.
+    /// Draws into the bound target. `ao` has either the size of `colour` or half of it, rounded up.
     pub(crate) fn draw(&self, full_screen: &FullScreen, colour: &Texture, ao: &Texture) {
         let halved = (ao.width, ao.height) != (colour.width, colour.height);
         let ao_texels = if halved { 0.5 } else { 1.0 };

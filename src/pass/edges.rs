@@ -1,4 +1,4 @@
-//! Edge detection among a pixel's depth samples (ShaderX7 6.2, Multisample antialiasing).
+//! Finds edge pixels, whose depth samples lie on different surfaces (ShaderX7 6.2, Multisample antialiasing).
 
 use super::{DepthSamples, FULLSCREEN, FullScreen, depth_sigma};
 use crate::Error;
@@ -12,13 +12,14 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// For so many samples a pixel.
+    /// Compiles the pass for this number of samples per pixel.
     pub(crate) fn new(gl: &Arc<glow::Context>, samples: u32) -> Result<Edges, Error> {
         let defines = Defines::default().value("SAMPLES", samples);
         Ok(Edges { program: Program::new(gl, &defines, FULLSCREEN, &[source!("edges.frag")])? })
     }
 
-    /// Draws every pixel of the bound target that is an edge.
+    /// Draws at every pixel of the bound target that is an edge. The depth `background` and all greater ones are
+    /// background. An edge's samples differ by more than `sigma`, or mix a surface with background.
     pub(crate) fn draw(&self, full_screen: &FullScreen, depth: DepthSamples, background: f32, sigma: DepthSigma) {
         let program = self.program.bind();
         full_screen.bind_samples(0, depth.texture);

@@ -1,4 +1,5 @@
-//! The G-buffer (ShaderX7 6.2, Input buffers): colour, linear depth and normals of the triangles, in one pass.
+//! Renders the G-buffer (ShaderX7 6.2, Input buffers): the colour, linear depth and normals of the triangles, in one
+//! pass.
 
 use super::{Grid, RAY};
 use crate::Error;
@@ -10,12 +11,12 @@ use glow::HasContext;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Unit vector towards the light in eye space: over the viewer's left shoulder.
+/// The unit vector towards the light in eye space. The light comes from over the viewer's left shoulder.
 pub(crate) const LIGHT: [f32; 3] = [-0.398_014_9, 0.597_022_3, -0.696_526_1];
-/// The share of the colour that is ambient, and the share that follows the light.
+/// The factor of the ambient light, and the factor of the directional light.
 pub(crate) const SHADING: [f64; 2] = [0.4, 0.6];
 
-/// Names the upload in errors.
+/// The place that is given for errors while triangles are uploaded.
 const TRIANGLES: &str = "gbuffer: triangles";
 
 /// What the shader is compiled for.
@@ -23,7 +24,7 @@ const TRIANGLES: &str = "gbuffer: triangles";
 pub(crate) struct GBufferVariant {
     pub(crate) normals: Normals,
     pub(crate) orthographic: bool,
-    /// Normals are stored as n/2 + 1/2.
+    /// True if normals are stored as n/2 + 1/2.
     pub(crate) biased: bool,
 }
 
@@ -34,7 +35,7 @@ pub(crate) struct GBuffer {
     pub(crate) variant: GBufferVariant,
 }
 
-/// A mesh's triangles in a camera's eye space, uploaded.
+/// The triangles of a mesh, in the eye space of a camera and uploaded to OpenGL.
 pub(crate) struct Triangles {
     gl: Arc<glow::Context>,
     vertices: glow::VertexArray,
@@ -55,9 +56,10 @@ impl GBuffer {
         Ok(GBuffer { gl: gl.clone(), program, variant })
     }
 
-    /// Transforms the triangles in float64, so that a scene far from the origin loses nothing, and uploads them.
+    /// Transforms the triangles to eye space and uploads them. The transformation is in float64, so that a scene far
+    /// from the origin loses no precision.
     pub(crate) fn upload(&self, mesh: &Mesh, camera: &Camera) -> Result<Triangles, Error> {
-        // OpenGL counts indices and bytes into them in 31 bits; a triangle has 12 bytes.
+        // OpenGL takes counts of indices and offsets in bytes as 32-bit signed integers. A triangle has 12 bytes.
         if i32::try_from(12 * mesh.triangles.len() as u64).is_err() {
             let count = mesh.triangles.len();
             return Err(Error::gl(
@@ -91,13 +93,13 @@ impl GBuffer {
         Ok(triangles)
     }
 
-    /// Draws the triangles into the bound target of `size` texels, nearest first by the depth test.
+    /// Draws the triangles into the bound target of `size` texels. The depth test keeps the nearest surface.
     pub(crate) fn draw(&self, triangles: &Triangles, size: (u32, u32)) {
         let (gl, camera) = (&self.gl, &triangles.camera);
         let program = self.program.bind();
         Grid { full: size, scale: [1, 1] }.bind(program, camera.projection);
         program.vec3("light", LIGHT).vec2("shading", SHADING).vec2("near_far", [camera.near, camera.far]);
-        // SAFETY: the context is current; the groups' ranges lie within the index buffer, by `Mesh`'s contract.
+        // SAFETY: the context is current. The groups' ranges lie within the index buffer, because `Mesh` ensures that.
         unsafe {
             gl.enable(glow::DEPTH_TEST);
             gl.depth_func(glow::LESS);
@@ -129,7 +131,7 @@ impl Triangles {
         Ok(())
     }
 
-    /// A vertex attribute of three floats.
+    /// Uploads a vertex attribute of three floats. It is enabled if the shader reads it and so has a `location` for it.
     fn attribute(&mut self, location: Option<u32>, data: &[u8]) -> Result<(), Error> {
         self.buffer(glow::ARRAY_BUFFER, data)?;
         if let Some(location) = location {
@@ -145,7 +147,7 @@ impl Triangles {
 
 impl Drop for Triangles {
     fn drop(&mut self) {
-        // SAFETY: all are ours, and the context current by the contract of `gl`.
+        // SAFETY: the objects are ours, and the context is current by the contract of `gl`.
         unsafe {
             self.gl.delete_vertex_array(self.vertices);
             self.buffers.iter().for_each(|&buffer| self.gl.delete_buffer(buffer));
@@ -157,19 +159,22 @@ fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
     vectors.flatten().flat_map(|f| f.to_ne_bytes()).collect()
 }
 
-/// How far away the end of a slice may be, as a multiple of its beginning.
+/// The depth at which a slice ends is at most this multiple of the depth at which it begins, apart from [`OVERLAP`].
 const SLICE: f64 = 100.0;
 
-/// How far a slice reaches into the one behind it, which it is drawn over. The corners that clipping makes are put on
-/// the rasteriser's grid of 256 to a pixel: where a surface seen edge-on goes through the overlap within one of these,
-/// a pixel centre on it may fall between the slices. At 1.01 walls of an orthographic room had such holes.
+/// How far a slice reaches into the slice behind it, over which it is drawn: to this multiple of its own end. Clipping
+/// at the end of a slice makes new corners, and the rasteriser moves these to a grid of 1/256 pixel. If a surface that
+/// is seen edge-on passes through the whole overlap within one cell of the grid, a pixel centre on it may be covered by
+/// neither slice. With an overlap of 1.01 the walls of an orthographic room had such holes.
 const OVERLAP: f64 = 1.5;
 
-/// The view in slices of depth, the farthest first, each drawn over those behind it with a depth buffer of its own. The
-/// depth test resolves 2^-24 of 1/near - 1/far, or of far - near where the view is orthographic: over the whole of a
-/// near/far ratio of 1e-6 that would leave 6 % of the distance at the far end, or at the near one; over a slice it is
-/// 9e-6. A depth written by the fragment shader would resolve as much, but be one for all samples of a pixel, taken
-/// where the triangle may not even be.
+/// Divides the view into slices of depth, as [near, far] of each, the farthest first. Each slice is drawn over those
+/// behind it, with a cleared depth buffer.
+///
+/// The depth test resolves 2^-24 of 1/near - 1/far, or of far - near in an orthographic view. With a single slice and a
+/// near/far ratio of 1e-6, the resolution would be 6 % of the depth at the far end, or at the near end in an
+/// orthographic view. In a slice it is 9e-6. A depth that is written by the fragment shader could resolve as much, but
+/// it would be the same for all samples of a pixel, and be evaluated at a point that may lie outside the triangle.
 fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     let (near, far) = (camera.near, camera.far);
     let count = (far / near).log(SLICE).ceil().max(1.0);
@@ -177,16 +182,19 @@ fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     (0..count as u32).rev().map(|i| [end(i.into()), (OVERLAP * end(f64::from(i) + 1.0)).min(far)]).collect()
 }
 
-/// The middle of the near plane, which the shader's positions are relative to. What moves from pixel to pixel is then
-/// not rounded off beside a distance that all of the scene has in common: normals are its derivatives.
+/// The middle of the near plane in eye space. The shader's positions are relative to it, because normals are computed
+/// as derivatives of positions. A large distance that the whole scene has in common would take the precision of these
+/// derivatives away.
 fn origin(camera: &Camera) -> DVec3 {
-    // As the shader adds it.
+    // The near depth is rounded to float32, as it is where the shader adds it.
     f64::from(camera.near as f32) * DVec3::Z
 }
 
-/// Left-handed eye space, relative to the origin, to clip space, column by column: z from near to far becomes -w to w.
+/// The matrix from left-handed eye space, relative to [`origin`], to clip space, column by column. Depths from near to
+/// far become z from -w to w.
 fn matrix(camera: &Camera, near: f64, far: f64) -> [f32; 16] {
-    // A hair apart from the planes, on which float32 might clip what lies in them; the shader clamps z to the view's.
+    // The planes are moved apart slightly, because rounding in float32 might clip surfaces that lie exactly in them.
+    // The shader clamps depths to the view's own planes.
     let (near, far) = (near * (1.0 - 1e-6), far * (1.0 + 1e-6));
     let mut m = [0.0; 16];
     let [half_x, half_y] = camera.projection.half_extents();

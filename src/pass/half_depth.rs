@@ -1,14 +1,14 @@
-//! Depth at half the width and height, for the samples of `ssao` (ShaderX7 6.1, Future improvements).
+//! Reduces depth to half the width and height, for the samples of `ssao` (ShaderX7 6.1, Future improvements).
 
 use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
 use crate::Error;
 use crate::gl::{Format, Program, Target, Texture, source};
 use std::sync::Arc;
 
-/// The texture unit that the image is left on for the pass that samples it.
+/// The texture unit to which the image stays bound, for the pass that samples it.
 pub(super) const UNIT: u32 = 3;
 
-/// The pass, and the image that it draws.
+/// The pass and the image that it draws.
 pub(crate) struct HalfDepth {
     program: Program,
     texture: Texture,
@@ -16,8 +16,8 @@ pub(crate) struct HalfDepth {
 }
 
 impl HalfDepth {
-    /// For a depth image of this kind and full size. Changes the framebuffer, and the rectangle texture of the active
-    /// unit.
+    /// Compiles the pass for a depth texture of this kind, and makes its image for a depth texture of this size. Leaves
+    /// the new framebuffer bound, and the new image on the active texture unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         depth: TextureTarget,
@@ -32,7 +32,7 @@ impl HalfDepth {
         })
     }
 
-    /// Draws into its own target, which has no stencil and stays bound, and leaves the image on unit 3.
+    /// Draws into the pass's own target, which has no stencil. Leaves the target bound, and the image on unit 3.
     pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &DepthInput) {
         self.target.bind();
         depth.bind(full_screen, self.program.bind(), 0);

@@ -1,16 +1,19 @@
-//! Whether the driver renders what it is asked to. OpenGL 3.3 does not promise that RGBA8_SNORM can be rendered, and
-//! softpipe accepts it beside RGBA8 and then clamps negatives to 0: so the G-buffer's targets are drawn and read back.
+//! Finds out whether the driver renders to a format, by drawing a texel and reading it back.
+//!
+//! OpenGL 3.3 does not require that RGBA8_SNORM can be rendered to. softpipe accepts it in a framebuffer together with
+//! RGBA8, but then clamps negative values to 0.
 
 use super::{BACKGROUND_R16F, BACKGROUND_R32F, FULLSCREEN, FullScreen};
 use crate::Error;
 use crate::gl::{self, Defines, Format, Program, Target, Texture, source};
 use std::sync::Arc;
 
-/// What colours are drawn as.
+/// The colour that is drawn to RGBA8.
 const COLOUR: [f32; 4] = [1.0, 0.0, 1.0, 0.0];
 
-/// True where the three formats, drawn to together, hold what the G-buffer writes: colours in [0, 1], depths up to the
-/// background's, and `normal`.
+/// True if the driver renders to the three formats of the G-buffer together: RGBA8 for colours, `depth`, and the given
+/// format for normals. Colours in [0, 1], the depth of background, and the given normal must read back as they were
+/// drawn.
 pub(crate) fn renders(
     gl: &Arc<glow::Context>,
     depth: Format,
@@ -19,17 +22,20 @@ pub(crate) fn renders(
     hold_together(gl, [(Format::Rgba8, COLOUR), (depth, extreme(depth)), (normals, [x, y, z, 0.0])])
 }
 
-/// True where the driver renders to the format beside the G-buffer's RGBA8 and R32F, and what it then holds reads back:
-/// negative numbers where the format has them, the depth of background where it is one for depths. The context must be
-/// current and, but for how pixels are packed, in OpenGL's initial state; bindings are left behind.
+/// True if the driver renders to the format, in a framebuffer together with the G-buffer's RGBA8 and R32F. A value must
+/// read back as it was drawn: for a format of depths the depth of background, and for a format with negative numbers a
+/// negative one.
+///
+/// The context must be current and in OpenGL's initial state, except that pixels may be packed in any way. Bindings are
+/// changed and not restored.
 ///
 /// # Errors
-/// Where the driver refuses something else than the format.
+/// [`Error::Gl`] if the driver refuses anything other than the format.
 pub fn format_renders(gl: &Arc<glow::Context>, format: Format) -> Result<bool, Error> {
     hold_together(gl, [Format::Rgba8, Format::R32f, format].map(|format| (format, extreme(format))))
 }
 
-/// What a format has to hold, as far as the passes use it.
+/// The value that a format must be able to hold: the most demanding one that the passes write to it.
 fn extreme(format: Format) -> [f32; 4] {
     match format {
         Format::R8 => [0.2; 4],
@@ -40,7 +46,7 @@ fn extreme(format: Format) -> [f32; 4] {
     }
 }
 
-/// Draws one texel of each format, all at once, and reads them back.
+/// Draws one texel of each format, all in one framebuffer, and reads them back. True if they have the expected values.
 fn hold_together(gl: &Arc<glow::Context>, expected: [(Format, [f32; 4]); 3]) -> Result<bool, Error> {
     let mut defines = Defines::default();
     for (name, (_, [x, y, z, w])) in ["VALUE_0", "VALUE_1", "VALUE_2"].into_iter().zip(expected) {
@@ -67,7 +73,7 @@ fn hold_together(gl: &Arc<glow::Context>, expected: [(Format, [f32; 4]); 3]) -> 
     for (texture, (format, expected)) in textures.iter().zip(expected) {
         let tolerance = if matches!(format, Format::R16f | Format::R32f) { 1e-6 } else { 0.01 };
         let read = texture.read()?;
-        // Formats of one channel are read as one.
+        // `read` returns one number for a format of one channel, so `zip` compares only that one.
         if !expected.iter().zip(read).all(|(e, r)| (e - r).abs() <= tolerance * e.abs().max(1.0)) {
             return Ok(false);
         }

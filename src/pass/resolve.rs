@@ -1,5 +1,5 @@
-//! Multisample textures made plain: one sample of depth and normals, the mean of the colours (ShaderX7 6.2, Multisample
-//! antialiasing).
+//! Resolves multisample textures to one value per pixel: one sample of depth and normals, and the mean of the colours
+//! (ShaderX7 6.2, Multisample antialiasing).
 
 use super::{FULLSCREEN, FullScreen};
 use crate::Error;
@@ -12,14 +12,14 @@ pub(crate) struct Resolve {
 }
 
 impl Resolve {
-    /// For so many samples a pixel.
+    /// Compiles the pass for this number of samples per pixel.
     pub(crate) fn new(gl: &Arc<glow::Context>, samples: u32) -> Result<Resolve, Error> {
         let defines = Defines::default().value("SAMPLES", samples);
         Ok(Resolve { program: Program::new(gl, &defines, FULLSCREEN, &[source!("resolve.frag")])? })
     }
 
-    /// Draws colour, depth and normals, given in this order, into the bound target; of depth and normals the sample
-    /// `which`.
+    /// Draws into the bound target. `images` are colour, depth and normals, in this order. Of depth and normals, sample
+    /// number `which` is kept.
     pub(crate) fn draw(&self, full_screen: &FullScreen, images: [&MultisampleTexture; 3], which: u32) {
         let program = self.program.bind();
         for (unit, (name, image)) in

@@ -2,7 +2,6 @@
 
 use super::sampling::{Pixel, Shift};
 use super::twin::{Converged, Occlusion, Twin};
-use super::{hbao, hbao_talk, microsphere, ray_march, ssao};
 use crate::settings::method::methods;
 use crate::settings::{Method, Settings};
 
@@ -16,7 +15,7 @@ macro_rules! twins {
         /// The twin of a method; `None` where A = 1 everywhere.
         fn twin(method: Method) -> Option<Twin> {
             match method {
-                $(Method::$variant => [$($twin::TWIN)?].into_iter().next()),+
+                $(Method::$variant => [$(super::$twin::TWIN)?].into_iter().next()),+
             }
         }
     };

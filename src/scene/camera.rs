@@ -1,21 +1,22 @@
-//! A camera, and the ray through each point of its picture (SPEC section 1).
+//! A camera, and the ray through each point of its picture.
 
 use crate::projection::Projection;
 use glam::{DVec2, DVec3};
 
-/// Where the eye stands, how it is turned, and what it sees. `right`, `up` and `forward` are orthogonal unit vectors
-/// of world space; lengths are scene units.
+/// Where the eye stands, how it is turned, and what it sees. `right`, `up` and `forward` are unit vectors of world
+/// space, each perpendicular to the other two. Lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The eye, world space.
+    /// The eye's position in world space.
     pub eye: DVec3,
-    /// The picture's x axis: forward x up, so that a right-handed world is not mirrored.
+    /// The picture's x axis. It is the cross product of `forward` and `up`, so that a right-handed world is not
+    /// mirrored.
     pub right: DVec3,
     /// The picture's y axis.
     pub up: DVec3,
-    /// The direction of view.
+    /// The direction of view, eye space's z axis.
     pub forward: DVec3,
-    /// How eye space becomes the picture.
+    /// How eye space is projected to the picture.
     pub projection: Projection,
     /// The smallest visible z, above 0.
     pub near: f64,
@@ -24,12 +25,14 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A point of world space in left-handed eye space: x right, y up, z forward.
+    /// Transforms a point from world space to left-handed eye space: x right, y up, z forward.
+    #[must_use]
     pub fn to_eye(&self, world: DVec3) -> DVec3 {
         self.direction_to_eye(world - self.eye)
     }
 
-    /// A direction of world space in eye space; its length stays.
+    /// Transforms a direction from world space to eye space. Its length does not change.
+    #[must_use]
     pub fn direction_to_eye(&self, world: DVec3) -> DVec3 {
         DVec3::new(self.right.dot(world), self.up.dot(world), self.forward.dot(world))
     }
@@ -39,8 +42,10 @@ impl Camera {
         eye_space.x * self.right + eye_space.y * self.up + eye_space.z * self.forward
     }
 
-    /// The ray through the picture at (u, v), both 0 to 1 from the lower left corner: its origin and r, in eye space.
-    /// The point at depth z is origin + z r; r has z = 1 and is not a unit vector in perspective.
+    /// The ray through the point (u, v) of the picture, as its origin and its direction r in eye space. (0, 0) is the
+    /// lower left corner and (1, 1) the upper right. r.z is 1, so the point at depth z is origin + z r; r is not a unit
+    /// vector in perspective.
+    #[must_use]
     pub fn ray(&self, u: f64, v: f64) -> (DVec3, DVec3) {
         let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
         let [half_x, half_y] = self.projection.half_extents();
@@ -52,7 +57,9 @@ impl Camera {
         }
     }
 
-    /// Where a point of eye space with z > 0 appears in the picture: (u, v) as in [`Camera::ray`], past [0, 1] outside.
+    /// Where a point of eye space with z > 0 appears in the picture, as (u, v) of [`Camera::ray`]. The coordinates of
+    /// points beside the picture lie outside [0, 1].
+    #[must_use]
     pub fn project(&self, eye_space: DVec3) -> DVec2 {
         let half = DVec2::from(self.projection.half_extents_at(eye_space.z));
         (eye_space.truncate() / half + 1.0) / 2.0

@@ -1,4 +1,5 @@
-//! The built-in Cornell box: the files of `models/`, compiled in, and the camera published with the measurements.
+//! The built-in Cornell box. Its mesh is read from the files in `models/`, which are compiled in. Its camera is the one
+//! that was published with the measurements.
 
 use super::{Lens, Mesh, Scene, View};
 use crate::Error;
@@ -8,7 +9,8 @@ use std::path::Path;
 const OBJ: &[u8] = include_bytes!("../../models/cornell_box.obj");
 const MTL: &[u8] = include_bytes!("../../models/cornell_box.mtl");
 
-/// The focal length and the film's height, both in millimetres, of the published camera: 39.3077 degrees.
+/// The focal length and the film's height of the published camera, both in millimetres. They give a vertical field of
+/// view of 39.3077 degrees.
 const FOCAL_LENGTH: f64 = 35.0;
 const FILM: f64 = 25.0;
 
@@ -23,7 +25,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(2.0 * (FILM / (2.0 * FOCAL_LENGTH)).atan())),
             ..View::default()
         },
-        // As deep as the short block is high: the creases darken, the middle of the walls stays open.
+        // This is a little less than the height of the short block, 165. The creases darken, and the middles of the
+        // walls stay open.
         radius: Some(150.0),
     })
 }

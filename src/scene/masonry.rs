@@ -1,7 +1,7 @@
-//! What the nave is built of: blocks, patches, turned pieces, ribs, and walls with openings.
+//! The parts of which the nave is built: blocks, patches, turned pieces, ribs, and walls with openings.
 //!
-//! Lengths are metres, y is up. Only arithmetic, square roots and libm's sine and cosine, which are the same on every
-//! platform.
+//! Lengths are in metres, and y points up. Positions are computed with nothing but arithmetic, square roots and libm's
+//! sine and cosine, so that they are the same on every platform.
 
 use super::{Group, Mesh};
 use crate::Error;
@@ -9,37 +9,39 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// From a wall's own coordinates to the world: x along the wall, y up, z into the wall, away from who looks at it.
+/// Transforms a wall's own coordinates to world space. In the wall's coordinates x points along the wall, y up, and z
+/// into the wall, away from the viewer.
 pub(super) type Place<'a> = &'a dyn Fn(DVec3) -> DVec3;
 
-/// The sides of a block but its underside: which corners, whose bits say where x, y and z are high.
+/// The corners of each side of a block, except the underside. The bits of a corner's number, from the lowest, say
+/// whether its x, y and z are the high ones.
 const STANDING: [[usize; 4]; 5] = [[4, 5, 7, 6], [0, 1, 3, 2], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
 
-/// An arched opening: two jambs and an arch, half an ellipse.
+/// An arched opening in a wall: two jambs, and an arch that is half an ellipse.
 #[derive(Clone, Copy)]
 pub(super) struct Opening {
-    /// Its middle along the wall.
+    /// The position of its middle along the wall.
     pub(super) middle: f64,
     /// Half its width.
     pub(super) half: f64,
-    /// The height of its foot.
+    /// The height of its lower edge.
     pub(super) sill: f64,
     /// The height at which the arch begins.
     pub(super) springing: f64,
-    /// From there to the arch's crown.
+    /// The height of the arch's crown above the springing.
     pub(super) rise: f64,
-    /// How many chords the arch has, an even number.
+    /// How many chords approximate the arch. It must be even.
     pub(super) chords: usize,
 }
 
 impl Opening {
-    /// The arch from the left springing to the right.
+    /// The points of the arch, from its left end to its right end.
     pub(super) fn arch(&self) -> Vec<DVec3> {
         let point = |(c, s): (f64, f64)| DVec3::new(self.middle - self.half * c, self.springing + self.rise * s, 0.0);
         (0..=self.chords).map(|i| point(circle(i, 2 * self.chords))).collect()
     }
 
-    /// From the left foot over the arch to the right foot.
+    /// The points of the outline, from the left end of the sill over the arch to the right end of the sill.
     fn outline(&self) -> Vec<DVec3> {
         let foot = |x: f64| DVec3::new(x, self.sill, 0.0);
         let (left, right) = (foot(self.middle - self.half), foot(self.middle + self.half));
@@ -47,8 +49,8 @@ impl Opening {
     }
 }
 
-/// Part `i` of `n` of a turn: cosine and sine. Exact at the quarters, where libm's cosine is only nearly zero: ends and
-/// poles meet.
+/// The cosine and the sine of `i`/`n` of a full turn. At quarter turns they are exact, where libm's would be only
+/// nearly zero, so that points that should coincide there do.
 pub(super) fn circle(i: usize, n: usize) -> (f64, f64) {
     match (4 * i / n % 4, 4 * i % n) {
         (0, 0) => (1.0, 0.0),
@@ -62,9 +64,10 @@ pub(super) fn circle(i: usize, n: usize) -> (f64, f64) {
     }
 }
 
-/// Triangles, each of a colour.
+/// The triangles built so far, each with the index of its colour.
 pub(super) struct Masonry {
     triangles: Vec<(usize, [DVec3; 3])>,
+    /// The index of the colour of what is built next.
     colour: usize,
 }
 
@@ -73,13 +76,13 @@ impl Masonry {
         Masonry { triangles: Vec::new(), colour: 0 }
     }
 
-    /// What follows has this one of the colours.
+    /// Gives the colour with this index to what is built next.
     pub(super) fn of(&mut self, colour: usize) -> &mut Masonry {
         self.colour = colour;
         self
     }
 
-    /// What `build` builds, and its mirror image across z = 0.
+    /// Adds what `build` builds, and its mirror image across z = 0.
     pub(super) fn mirrored(&mut self, build: impl FnOnce(&mut Masonry)) {
         let start = self.triangles.len();
         build(self);
@@ -89,20 +92,21 @@ impl Masonry {
     }
 
     fn triangle(&mut self, a: DVec3, b: DVec3, c: DVec3) {
-        // At a pole a quad has a side without length, and one without height is none.
+        // A quad has a side of length 0 at a pole, and two of them if its height is 0. Such triangles are left out.
         if a != b && b != c && c != a {
             self.triangles.push((self.colour, [a, b, c]));
         }
     }
 
-    /// The quad a, b, c, d, split from a to c.
+    /// Adds the quad a, b, c, d, as two triangles that share the side from a to c.
     pub(super) fn quad(&mut self, [a, b, c, d]: [DVec3; 4]) {
         self.triangle(a, b, c);
         self.triangle(a, c, d);
     }
 
-    /// `rows` by `columns` quads between the points at (0, 0) to (rows, columns). They are split alike to both sides of
-    /// the middle, so that the edges run along both diagonals, as a vault's groins do.
+    /// Adds `rows` by `columns` quads. `point(i, j)` gives their corners, for i from 0 to `rows` and j from 0 to
+    /// `columns`. The quads are split symmetrically about the middles of the patch, so that the edges inside them run
+    /// along its two diagonals, as the groins of a vault do.
     pub(super) fn patch(&mut self, rows: usize, columns: usize, point: impl Fn(usize, usize) -> DVec3) {
         for i in 0..rows {
             for j in 0..columns {
@@ -114,18 +118,18 @@ impl Masonry {
         }
     }
 
-    /// A block in a wall's coordinates, from its lowest corner to its highest.
+    /// Adds a block in a wall's coordinates. `low` and `high` are its corners of lowest and highest coordinates.
     pub(super) fn block_at(&mut self, place: Place, low: [f64; 3], high: [f64; 3]) {
         self.sides(place, low, high, &[[0, 1, 5, 4]]);
         self.sides(place, low, high, &STANDING);
     }
 
-    /// A block, from its lowest corner to its highest.
+    /// Adds a block. `low` and `high` are its corners of lowest and highest coordinates.
     pub(super) fn block(&mut self, low: [f64; 3], high: [f64; 3]) {
         self.block_at(&|p| p, low, high);
     }
 
-    /// A block that stands in what is below it, so that it has no underside.
+    /// Adds a block without an underside, for a block that reaches into what is below it.
     pub(super) fn plinth(&mut self, low: [f64; 3], high: [f64; 3]) {
         self.sides(&|p| p, low, high, &STANDING);
     }
@@ -140,8 +144,8 @@ impl Masonry {
         }
     }
 
-    /// A turned piece about an upright axis through `foot`: a profile of (radius, height), from part `arc[0]` to part
-    /// `arc[1]` of `sides` around.
+    /// Adds a turned piece, made by rotating `profile`, points of (radius, height), about the vertical axis through
+    /// `foot`. A full turn has `sides` sides; those from number `arc[0]` to number `arc[1]` are added.
     pub(super) fn lathe(&mut self, foot: DVec3, sides: usize, arc: [usize; 2], profile: &[[f64; 2]]) {
         self.patch(profile.len() - 1, arc[1] - arc[0], |i, j| {
             let ([radius, height], (c, s)) = (profile[i], circle(arc[0] + j, sides));
@@ -149,27 +153,27 @@ impl Masonry {
         });
     }
 
-    /// A moulding along x: a profile of (height, z).
+    /// Adds a moulding from x[0] to x[1]. `profile` is its cross section, points of (y, z).
     pub(super) fn moulding(&mut self, x: [f64; 2], profile: &[[f64; 2]]) {
         self.patch(profile.len() - 1, 1, |i, j| DVec3::new(x[j], profile[i][0], profile[i][1]));
     }
 
-    /// A rib along a curved path: `across` is half its width as a vector, and it reaches from `outward` beyond the path
-    /// to `inward` within, as seen from `centre`.
+    /// Adds a rib along a curved path. `across` is half of its width, as a vector. It reaches from the distance
+    /// `outward` outside the path to the distance `inward` inside it; inside is towards `centre`.
     pub(super) fn rib(&mut self, path: &[DVec3], across: DVec3, centre: DVec3, [outward, inward]: [f64; 2]) {
         let section = [(across, outward), (across, -inward), (-across, -inward), (-across, outward)];
-        // Without the outer side, which is within the vault.
+        // The outer side is left out, because it is hidden in the vault.
         self.patch(path.len() - 1, 3, |i, j| path[i] + section[j].0 + section[j].1 * (path[i] - centre).normalize());
     }
 
-    /// A rib on a wall's arch, which shows its outer side too.
+    /// Adds a rib around an arch in a wall. Unlike a vault's rib, it shows its outer side too.
     pub(super) fn archivolt(&mut self, path: &[DVec3], across: DVec3, centre: DVec3, [outward, inward]: [f64; 2]) {
         self.rib(path, across, centre, [outward, inward]);
         let outer = |i: usize| path[i] + outward * (path[i] - centre).normalize();
         self.patch(path.len() - 1, 1, |i, j| outer(i) + [across, -across][j]);
     }
 
-    /// The face at depth `z` of a wall from x[0] to x[1] and y[0] to y[1], around its opening.
+    /// Adds the face of a wall at the depth `z`, from x[0] to x[1] and y[0] to y[1], except for its opening.
     fn face(&mut self, place: Place, x: [f64; 2], y: [f64; 2], z: f64, opening: &Opening) {
         let [left, right] = [opening.middle - opening.half, opening.middle + opening.half];
         let mut panel = |x: [f64; 2], low: [f64; 2], high: [f64; 2]| {
@@ -187,20 +191,21 @@ impl Masonry {
         }
     }
 
-    /// The inside of an opening from depth z[0] to depth z[1], without its sill.
+    /// Adds the inside of an opening, from depth z[0] to depth z[1], without its sill.
     fn reveal(&mut self, place: Place, z: [f64; 2], opening: &Opening) {
         let outline = opening.outline();
         self.patch(outline.len() - 1, 1, |i, j| place(outline[i].with_z(z[j])));
     }
 
-    /// A wall of some thickness with an opening through it.
+    /// Adds a wall of the given thickness, with an opening through it.
     pub(super) fn archway(&mut self, place: Place, x: [f64; 2], y: [f64; 2], thickness: f64, opening: &Opening) {
         self.face(place, x, y, 0.0, opening);
         self.face(place, x, y, thickness, opening);
         self.reveal(place, [0.0, thickness], opening);
     }
 
-    /// A wall's face with a recess, closed at its back by a pane of another colour.
+    /// Adds the face of a wall with a recess, whose back is closed by a pane. The last argument is the depth of the
+    /// recess and the index of the pane's colour.
     pub(super) fn recess(
         &mut self,
         place: Place,
@@ -215,7 +220,7 @@ impl Masonry {
         let [left, right] = [outline[0], outline[outline.len() - 1]];
         self.quad([left, right, right.with_z(depth), left.with_z(depth)].map(place));
         let wall = std::mem::replace(&mut self.colour, pane);
-        // Strips between the two sides of the outline, from the sill up to the crown.
+        // The pane is made of strips between the two sides of the outline, from the sill up to the crown.
         for i in 0..outline.len() / 2 {
             let opposite = outline.len() - 1 - i;
             self.quad([i, opposite, opposite - 1, i + 1].map(|i| place(outline[i].with_z(depth))));
@@ -223,11 +228,11 @@ impl Masonry {
         self.colour = wall;
     }
 
-    /// The mesh, one group for each of the colours.
+    /// Makes the mesh, with one group for each of the colours.
     pub(super) fn mesh(mut self, colours: &[[f32; 3]]) -> Result<Mesh, Error> {
         self.triangles.sort_by_key(|(colour, _)| *colour);
         let (mut positions, mut known) = (Vec::new(), HashMap::new());
-        // Adding zero makes -0 and 0 the same.
+        // Adding zero turns -0 into 0.
         let mut index = |p: DVec3| {
             let p = p + 0.0;
             *known.entry(p.to_array().map(f64::to_bits)).or_insert_with(|| {

@@ -1,63 +1,74 @@
-//! Triangles: the one shape that everything else renders, traces and measures.
+//! The triangle mesh: the one kind of geometry that is rendered, traced and measured.
 
 use crate::Error;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// The largest magnitude of a coordinate, scene units. Squares of what is made from it still fit float32's range.
+/// The largest magnitude of a coordinate, in scene units. Squares of distances between such points still fit float32.
 pub(super) const FARTHEST: f64 = 1e15;
 
-/// A triangle mesh in world space, scene units, float64. Made by [`Mesh::new`], it holds at least one triangle, its
-/// positions are finite and its indices in range.
+/// A triangle mesh in world space, in scene units and float64. [`Mesh::new`] ensures that it has at least one triangle,
+/// that its positions are finite, and that its indices are in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Positions, at most 1e15 in magnitude on each axis.
+    /// The positions of the vertices, each coordinate at most 1e15 in magnitude.
     pub positions: Vec<DVec3>,
-    /// Three indices into `positions` each. Winding says nothing: both sides are visible and both occlude.
+    /// The triangles, each as three indices into `positions`. Their winding has no meaning: both sides of a triangle
+    /// are visible, and both occlude.
     pub triangles: Vec<[u32; 3]>,
-    /// One run of `triangles` per colour; together they cover all, in order.
+    /// The colours. Each group is a run of `triangles`, and the groups cover all triangles in order.
     pub groups: Vec<Group>,
-    /// As given: one per position, (0, 0, 0) where unknown; or empty.
+    /// The normals as they were given, of any length: one per position, (0, 0, 0) where unknown. Or empty.
     normals: Vec<DVec3>,
 }
 
-/// The triangles of one colour.
+/// A run of triangles of one colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Red, green and blue in [0, 1], as in the file: no colour space is applied.
+    /// Red, green and blue in [0, 1], as they are in the file. They are not converted between colour spaces.
     pub colour: [f32; 3],
-    /// Which of the mesh's triangles.
+    /// The range of triangles in [`Mesh::triangles`].
     pub triangles: Range<usize>,
 }
 
 impl Mesh {
-    /// A white mesh, checked: positions finite and at most 1e15 in magnitude, indices in range, one triangle or more.
+    /// Makes a white mesh without normals.
+    ///
+    /// # Errors [`Error::Usage`] if there is no triangle, if a coordinate is not finite or above 1e15 in magnitude, or
+    /// if an index is out of range.
     pub fn new(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Mesh, Error> {
         if triangles.is_empty() {
             return Err(Error::Usage("a mesh needs at least one triangle".into()));
         }
-        // Written so that NaN is refused too.
+        // The comparison is written so that NaN is refused too.
         if let Some(i) = positions.iter().position(|p| !(p.abs().cmple(DVec3::splat(FARTHEST)).all())) {
-            return Err(Error::Usage(format!("position {i} of the mesh is not finite or past 1e15 in magnitude")));
+            return Err(Error::Usage(format!("position {i} of the mesh is not finite, or past 1e15 in magnitude")));
         }
         let out_of_range = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= positions.len());
         if let Some(i) = triangles.iter().position(out_of_range) {
             let count = positions.len();
-            return Err(Error::Usage(format!("triangle {i} of the mesh has an index past its {count} positions")));
+            return Err(Error::Usage(format!(
+                "triangle {i} of the mesh has an index out of range; there are {count} positions"
+            )));
         }
         let white = Group { colour: [1.0; 3], triangles: 0..triangles.len() };
         Ok(Mesh { positions, triangles, groups: vec![white], normals: Vec::new() })
     }
 
-    /// The same mesh with these colours. The groups must cover all triangles, in order, without gap or overlap.
+    /// Gives the mesh these colours.
+    ///
+    /// # Errors [`Error::Usage`] unless the groups cover all triangles in order, without a gap or an overlap, and the
+    /// colours lie in [0, 1].
     pub fn with_groups(mut self, groups: Vec<Group>) -> Result<Mesh, Error> {
         let mut covered = 0;
         for group in &groups {
             let Range { start, end } = group.triangles;
             let colour_fits = group.colour.iter().all(|x| (0.0..=1.0).contains(x));
             if start != covered || end < start || !colour_fits {
-                return Err(Error::Usage(format!("the group of triangles {start}..{end} leaves a gap or [0, 1]")));
+                return Err(Error::Usage(format!(
+                    "the group of triangles {start}..{end} must start at {covered}, and its colour lie in [0, 1]"
+                )));
             }
             covered = end;
         }
@@ -68,7 +79,10 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The same mesh with these normals: one per position, finite, of any length; (0, 0, 0) where unknown.
+    /// Gives the mesh these normals, one per position. They may have any length, and are (0, 0, 0) where unknown.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] unless there are as many normals as positions, all of them finite.
     pub fn with_normals(mut self, normals: Vec<DVec3>) -> Result<Mesh, Error> {
         if normals.len() != self.positions.len() || !normals.iter().all(|n| n.is_finite()) {
             return Err(Error::Usage("a mesh needs one finite normal per position".into()));
@@ -77,18 +91,19 @@ impl Mesh {
         Ok(self)
     }
 
-    /// A unit normal for each position: the file's where it has one, else the mean of the normals of the triangles
-    /// that meet in that point, weighted by their areas.
+    /// Computes a unit normal for each position. It is the normal that the mesh was given, or where that is unknown,
+    /// the mean of the normals of all triangles that meet at this point, weighted by their areas. A point at which all
+    /// triangles have zero area gets (0, 1, 0).
     ///
-    /// Computed on demand, since rendering takes its normals from the triangles unless told otherwise. A point where
-    /// all triangles have zero area gets (0, 1, 0).
+    /// The normals are not stored, because rendering uses the normals of the triangles by default.
+    #[must_use]
     pub fn vertex_normals(&self) -> Vec<DVec3> {
         let given = self.normals.iter().map(|&n| unit(n)).collect::<Vec<_>>();
         if !given.is_empty() && given.iter().all(Option::is_some) {
             return given.into_iter().flatten().collect();
         }
-        // Positions that differ in their normals or materials only are one point of the surface. Adding zero makes
-        // -0 and 0 the same.
+        // Vertices at the same position are one point of the surface, even if their normals or materials differ. Adding
+        // zero turns -0 into 0.
         let key = |p: DVec3| (p + 0.0).to_array().map(f64::to_bits);
         let mut sums: HashMap<[u64; 3], DVec3> = HashMap::with_capacity(self.positions.len());
         for triangle in &self.triangles {
@@ -103,11 +118,12 @@ impl Mesh {
         self.positions.iter().zip(known).map(|(p, n)| n.unwrap_or_else(|| averaged(p))).collect()
     }
 
-    /// The same surface with every triangle cut in four at the middles of its sides.
+    /// The same surface, with every triangle divided into four at the middles of its sides.
+    #[must_use]
     pub fn subdivided(&self) -> Mesh {
         let mut positions = self.positions.clone();
         let mut normals: Vec<DVec3> = self.normals.iter().map(|&n| unit(n).unwrap_or_default()).collect();
-        // Triangles that share a side share its middle.
+        // The middle of each side, by the indices of its ends, so that triangles that share a side share its middle.
         let mut middles: HashMap<[u32; 2], u32> = HashMap::with_capacity(2 * self.triangles.len());
         let mut middle = |a: u32, b: u32| {
             *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
@@ -130,20 +146,23 @@ impl Mesh {
         Mesh { positions, triangles, groups, normals }
     }
 
-    /// The corners of the bounding box of all positions, smallest and largest.
+    /// The bounding box of all positions, as its smallest and its largest corner.
+    #[must_use]
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.positions.iter().fold(empty, |(low, high), &p| (low.min(p), high.max(p)))
     }
 
-    /// The length of the bounding box's diagonal, scene units.
+    /// The length of the bounding box's diagonal, in scene units.
+    #[must_use]
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         low.distance(high)
     }
 }
 
-/// The unit vector along `n`, none for zero. Scaled first, so that no length over- or underflows.
+/// The unit vector along `n`, or `None` if `n` is zero. `n` is scaled first, so that its length neither overflows nor
+/// underflows.
 fn unit(n: DVec3) -> Option<DVec3> {
     let largest = n.abs().max_element();
     (largest > 0.0).then(|| (n / largest).normalize())

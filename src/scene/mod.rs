@@ -1,8 +1,8 @@
-//! What is rendered and from where: models, the built-in scenes, and cameras.
+//! Models, the built-in scenes, and cameras.
 //!
-//! World space is right-handed with y up, as OBJ files have it. [`Camera::to_eye`] carries it to the left-handed eye
-//! space of the papers: x right, y up, z forward. Everything here is float64; positions become float32 only after they
-//! are relative to the camera, so that a scene far from the origin renders as it would at the origin.
+//! World space is right-handed with y up, as in OBJ files. [`Camera::to_eye`] transforms it to the left-handed eye
+//! space of the papers: x right, y up, z forward. Everything here is float64. Positions are rounded to float32 only
+//! after they are relative to the camera, so that a scene far from the origin renders as it would at the origin.
 #![doc = include_str!("files.md")]
 
 mod camera;
@@ -30,21 +30,25 @@ pub const CORNELL_BOX: &str = "cornell-box";
 /// The name of the built-in church interior.
 pub const NAVE: &str = "nave";
 
-/// A model with the camera and radius that suit it.
+/// A model, with the camera and the radius that suit it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Scene {
     /// A built-in scene's name, or the model's file name without its extension.
     pub name: String,
     /// The triangles.
     pub mesh: Mesh,
-    /// The scene's own camera; empty for files. Lay the user's over it with [`View::or`].
+    /// The scene's own camera. It is empty for a scene from a file. [`View::or`] lays a user's choices over it.
     pub view: View,
-    /// The scene's own AO radius R in scene units; none for files.
+    /// The scene's own AO radius R in scene units. It is `None` for a scene from a file.
     pub radius: Option<f64>,
 }
 
 impl Scene {
-    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads an OBJ file.
+    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads an OBJ file by its path.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no such file, or if it is not a model. See [`Mesh::load_obj`].
     pub fn open(name_or_path: &str) -> Result<Scene, Error> {
         match name_or_path {
             CORNELL_BOX => cornell_box::scene(),
@@ -57,7 +61,7 @@ impl Scene {
         match path.try_exists() {
             Ok(true) => {}
             _ => {
-                let what = format!("no such file; give an OBJ file or the built-in scene {CORNELL_BOX} or {NAVE}");
+                let what = format!("no such file; give an OBJ file, or the built-in scene {CORNELL_BOX} or {NAVE}");
                 return Err(Error::input(path, what));
             }
         }

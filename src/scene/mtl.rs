@@ -1,4 +1,4 @@
-//! MTL files: the diffuse colours of materials, and where a model may keep them.
+//! Reads the diffuse colours of materials from MTL files, and decides where a model's MTL files may lie.
 
 use super::statement::{Statements, number, quoted};
 use crate::Error;
@@ -6,24 +6,26 @@ use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::{Component, Path, PathBuf};
 
-/// The colour of what has no material, or a material without `Kd`.
+/// The colour of triangles that have no material, or a material without `Kd`.
 pub(super) const WHITE: [f32; 3] = [1.0; 3];
 
-/// A model names at most as many material files: each is looked for, and opened.
+/// The most material files that a model may name. The number is limited because each of them is searched for and
+/// opened.
 pub(super) const MOST_LIBRARIES: usize = 200;
 
-/// The diffuse colours in an MTL file of the materials in `wanted`, clamped to [0, 1]; where a name is given twice, the
-/// last. All other materials are read and forgotten.
+/// Reads the diffuse colours of the materials in `wanted` from an MTL file, clamped to [0, 1]. `wanted` maps names to
+/// the numbers by which the result is indexed. If a file defines a name twice, the last definition counts. All other
+/// materials are ignored.
 ///
-/// Of each material only `Kd` is read: many files hold slips elsewhere (`illum 2.0`, Latin-1 comments) that change no
-/// colour.
+/// Of each material only `Kd` is read. Many files have mistakes in other statements (`illum 2.0`, comments in Latin-1),
+/// which do not matter here.
 pub(super) fn colours(
     file: impl BufRead,
     path: &Path,
     wanted: &HashMap<Box<str>, u32>,
 ) -> Result<HashMap<u32, [f32; 3]>, Error> {
     let mut colours = HashMap::new();
-    // The material at hand, and which of the wanted it is.
+    // `None` before the first `newmtl`, `Some(None)` in a material that is not wanted, and otherwise its number.
     let mut current: Option<Option<u32>> = None;
     let mut statements = Statements::new(file, path);
     while let Some(statement) = statements.next()? {
@@ -45,7 +47,7 @@ pub(super) fn colours(
     Ok(colours)
 }
 
-/// `Kd r g b`, or `Kd r` for a grey.
+/// Parses the numbers of `Kd r g b`, or of `Kd r`, which is a grey.
 fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f32; 3], String> {
     let mut component = || words.next().map(number).transpose();
     let numbers = match [component()?, component()?, component()?] {
@@ -56,11 +58,11 @@ fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f32; 3], Stri
     Ok(numbers.map(|x| x.clamp(0.0, 1.0) as f32))
 }
 
-/// The MTL files that one `mtllib` statement names, checked to lie inside the model's folder.
-///
-/// A model is often somebody else's file, and must not make us open others' files elsewhere.
+/// The MTL files that one `mtllib` statement names. All of them must lie in one of the model's `folders`: models are
+/// often files from somebody else, and must not be able to make this program open files elsewhere.
 pub(super) fn libraries(folders: &[PathBuf], name: &str) -> Result<Vec<PathBuf>, String> {
-    // Names hold spaces more often than statements hold several names.
+    // The words are taken for several names only if all end in `.mtl` and no file has all of them as its name: a name
+    // that contains spaces is more frequent than a statement with several names.
     let words = || name.split_whitespace();
     let several = words().nth(1).is_some() && words().all(|word| word.to_ascii_lowercase().ends_with(".mtl"));
     if several && inside(folders, name).is_err() {
@@ -70,7 +72,8 @@ pub(super) fn libraries(folders: &[PathBuf], name: &str) -> Result<Vec<PathBuf>,
     }
 }
 
-/// The file `name` in the first of `folders` that has it, with symbolic links followed and still inside one of them.
+/// Finds the file `name` in the first of `folders` that has it. Its symbolic links are followed, and what they lead to
+/// must lie in one of the folders, too.
 fn inside(folders: &[PathBuf], name: &str) -> Result<PathBuf, String> {
     if name.is_empty() {
         return Err("mtllib needs a file name".into());
@@ -96,7 +99,7 @@ fn inside(folders: &[PathBuf], name: &str) -> Result<PathBuf, String> {
     if !folders.iter().any(real) {
         return Err(leads_out);
     }
-    // Opening a pipe would wait for ever.
+    // Anything else is refused: to open a pipe, for example, could wait for ever.
     if !file.is_file() {
         return Err(what("is not a file; name the MTL file itself"));
     }

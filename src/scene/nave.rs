@@ -1,30 +1,39 @@
-//! The built-in nave: a church interior, generated, for where no model of one is at hand. It stands in for the cathedral
-//! of Sibenik.
+//! The built-in nave: a generated church interior. It stands in for the model of the cathedral of Sibenik where that is
+//! not available.
 //!
-//! Lengths are metres; x is east, y up, z south, and the floor of the nave is y = 0. North and south are mirror images.
+//! Lengths are in metres. x points east, y up and z south, and the floor of the nave is at y = 0. The northern half is
+//! the mirror image of the southern half.
 //!
-//! - The nave, x from -20 to 7 and 7.2 wide: six bays of 4.5 with arcades of round arches on columns (abacus at 4.0,
-//!   crown at 5.75), over each arch two openings of a gallery with balusters (6.7 to 8.9) and a window of the clerestory,
-//!   then groin vaults with ribs (10.4 to 14.0). Pews to both sides of a carpet; a door and a window in the west wall.
-//! - An aisle to each side, z from 4.4 to 8, its floor 0.15 higher: groin vaults with ribs (4.0 to 6.3) from the arcade
-//!   to pilasters, a window a bay; a screen with balusters closes its last bay, where an altar stands before a niche.
-//! - The choir, x from 7 to 14, raised by nine steps to 1.35, seven of them round: behind the chancel arch (6 wide, 10.2
-//!   high) and a screen with balusters, with stalls, two windows a side and a barrel vault up to 11.05.
-//! - The apse, half round about x = 14.25 with a radius of 3.2: five windows, a cornice, a conch up to 9.7, the altar.
+//! - The nave reaches from x = -20 to 7 and is 7.2 wide. It has six bays of 4.5. Each bay has, on both sides and from
+//!   below: a round arch on columns (abacus at 4.0, crown at 5.75), two openings of a gallery with balusters (6.7 to
+//!   8.9), and a window of the clerestory. A groin vault with ribs covers the bay (10.4 to 14.0). Pews stand on both
+//!   sides of a carpet. The west wall has a door and a window.
+//! - The aisles, one on each side, reach from z = 4.4 to 8. Their floors are 0.15 higher. They have groin vaults with
+//!   ribs
+//!   (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the last
+//!   bay, where an altar stands before a niche.
+//! - The choir reaches from x = 7 to 14. Its floor is at 1.35, nine steps up, of which seven are round. It lies behind
+//!   the
+//!   chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a
+//!   barrel vault up to 11.05.
+//! - The apse is a half circle about x = 14.25 with a radius of 3.2. It has five windows, a cornice, a conch (half a
+//!   dome)
+//!   up to 9.7, and the altar.
 //!
-//! There is no outside: walls have no backs, and windows are recesses with panes. Parts that meet run `INTO` each other,
-//! so that no gap shows between them and no two faces lie on each other.
+//! There is no outside: walls have no backs, and windows are recesses with panes. Parts that meet overlap by `INTO`,
+//! so that there is no gap between them and no two faces coincide.
 //!
-//! Depth complexity, the mean count of triangles that a ray from the eye meets, is 3.36 at 160x120 from the own camera;
-//! that of Sibenik from (-15.5, -10.5, 0) towards (10, -9, 0) with the same 60 degrees is 3.04. Both are by one float64
-//! ray through the middle of each pixel, which goes on 1e-6 of depth behind each hit.
+//! The depth complexity, which is the mean number of triangles that a ray from the eye meets, is 3.36 at 160x120 from
+//! the scene's own camera. That of Sibenik, seen from (-15.5, -10.5, 0) towards (10, -9, 0) with the same field of view
+//! of 60 degrees, is 3.04. Both were measured with one float64 ray through the middle of each pixel. After each hit the
+//! ray continues at 1e-6 of the depth behind it.
 
 use super::masonry::{Masonry, Opening, circle};
 use super::{Lens, Mesh, Scene, View};
 use crate::Error;
 use glam::{DVec3, dvec3};
 
-// Of what things are: indices into COLOURS.
+// The materials, as indices into COLOURS.
 const WALL: usize = 0;
 const COLUMN: usize = 1;
 const VAULT: usize = 2;
@@ -34,6 +43,7 @@ const WOOD: usize = 5;
 const MARBLE: usize = 6;
 const GLASS: usize = 7;
 
+/// The colour of each material: red, green and blue.
 const COLOURS: [[f32; 3]; 8] = [
     [0.73, 0.71, 0.65],
     [0.77, 0.75, 0.69],
@@ -45,40 +55,43 @@ const COLOURS: [[f32; 3]; 8] = [
     [0.52, 0.60, 0.68],
 ];
 
-/// Where the nave and the aisles end.
+/// The ends of the nave and the aisles in x.
 const WEST: f64 = -20.0;
 const EAST: f64 = 7.0;
+/// How many bays the nave has, and the length of one.
 const BAYS: usize = 6;
 const BAY: f64 = 4.5;
-/// How far parts run into what they meet.
+/// How far parts reach into other parts that they meet.
 const INTO: f64 = 0.05;
 
-/// The nave's half width, the outer face of its walls, and the inner face of the aisles' outer walls.
+/// Distances from the middle, in z: the nave's walls, the faces of these walls in the aisles, and the outer walls of
+/// the aisles.
 const NAVE: f64 = 3.6;
 const OUTER: f64 = 4.4;
 const AISLE: f64 = 8.0;
 
-/// The floors above the nave's: of the aisles, under the chancel arch, and of choir and apse.
+/// The heights of the floors of the aisles, under the chancel arch, and of choir and apse.
 const AISLE_FLOOR: f64 = 0.15;
 const SILL_FLOOR: f64 = 1.2;
 const CHOIR_FLOOR: f64 = 1.35;
-/// The face of the arch before the apse, and the apse's radius.
+/// Where the arch before the apse begins in x, and the apse's radius.
 const CHOIR_END: f64 = 14.0;
 const APSE: f64 = 3.2;
 
-/// Where the arcades' arches and the aisles' vaults begin; the vaults' rise.
+/// The height at which the arcades' arches and the aisles' vaults begin, and the rise of these vaults.
 const ARCADE: f64 = 4.0;
 const AISLE_RISE: f64 = 2.3;
-/// Where the gallery begins and the clerestory.
+/// The heights at which the gallery and the clerestory begin.
 const GALLERY: f64 = 6.7;
 const CLERESTORY: f64 = 8.9;
-/// Where the nave's vault begins, and its rise.
+/// The height at which the nave's vault begins, and its rise.
 const VAULT_FOOT: f64 = 10.4;
 const VAULT_RISE: f64 = 3.6;
-/// How many rows of quads a bay's vault has each way, and so how many chords its ribs; an even number.
+/// How many rows of quads the vault of one bay has in x and in z, in the nave and in the aisles. This is also the
+/// number of chords of its ribs. It must be even.
 const VAULT_CELLS: usize = 10;
 const AISLE_CELLS: usize = 6;
-/// Walls end above the vaults before them.
+/// The heights of the walls in the nave and in the aisles. Walls end above the vaults that hide their upper ends.
 const NAVE_TOP: f64 = 14.3;
 const AISLE_TOP: f64 = 6.6;
 
@@ -93,7 +106,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(60_f64.to_radians())),
             ..View::default()
         },
-        // About as wide as the columns' capitals: creases and contacts darken, the middles of walls and floors stay open.
+        // This is somewhat more than the width of the columns' capitals. Creases and contacts darken, and the middles
+        // of walls and floors stay open.
         radius: Some(1.5),
     })
 }
@@ -131,10 +145,10 @@ fn floors(m: &mut Masonry) {
     m.of(FLOOR).mirrored(|m| {
         strip(m, 0.0, [0.8, 3.25]);
         strip(m, AISLE_FLOOR, [3.2, AISLE + INTO]);
-        // The step up to the columns.
+        // The step from the nave up to the columns.
         m.patch(1, 1, |i, j| dvec3([WEST - INTO, east][i], [-INTO, AISLE_FLOOR][j], 3.2));
     });
-    // Round steps, then the floor under the chancel arch, then that of choir and apse.
+    // The round steps, then the floor under the chancel arch, then the floor of choir and apse.
     const STEPS: usize = 7;
     let mut profile = Vec::new();
     for k in 0..STEPS {
@@ -148,7 +162,7 @@ fn floors(m: &mut Masonry) {
     m.plinth([EAST + 0.7, -INTO, -NAVE - 0.1], [CHOIR_END + 4.0, CHOIR_FLOOR, NAVE + 0.1]);
 }
 
-/// What stands between two bays: a column, the shaft over it, the aisle's pilaster, and the ribs of the aisle's vault.
+/// What stands between two bays: a column, the shaft above it, the aisle's pilaster, and a rib of the aisle's vault.
 fn bay_line(m: &mut Masonry, x: f64) {
     const PROFILE: [[f64; 2]; 11] = [
         [0.50, 0.38],
@@ -165,7 +179,7 @@ fn bay_line(m: &mut Masonry, x: f64) {
     ];
     let middle = NAVE.midpoint(OUTER);
     m.of(COLUMN).plinth([x - 0.56, AISLE_FLOOR - INTO, middle - 0.56], [x + 0.56, 0.40, middle + 0.56]);
-    // Of the columns at the ends only the half before the wall.
+    // Of the columns at both ends, only the half that is not inside the wall is built.
     let half = if x == WEST { [9, 15] } else { [3, 9] };
     let around = if x == WEST || x == EAST { half } else { [0, 12] };
     m.lathe(dvec3(x, 0.0, middle), 12, around, &PROFILE);
@@ -180,17 +194,17 @@ fn bay_line(m: &mut Masonry, x: f64) {
     m.of(VAULT).rib(&arc(foot, aisle_half(0.0), AISLE_RISE, AISLE_CELLS), 0.2 * DVec3::X, foot, [INTO, 0.12]);
 }
 
-/// From the middle of an aisle's bay to its corner, `along` of the way in x.
+/// Half the extent of an aisle's bay: all of it in z, and the share `along` of it in x.
 fn aisle_half(along: f64) -> DVec3 {
     dvec3(along * BAY / 2.0, 0.0, (AISLE - OUTER) / 2.0 + INTO)
 }
 
-/// Half an ellipse over `foot`, from one end at `foot - half` to the other.
+/// The points of half an ellipse over its centre `foot`, from `foot - half` to `foot + half`.
 fn arc(foot: DVec3, half: DVec3, rise: f64, chords: usize) -> Vec<DVec3> {
     (0..=chords).map(|i| circle(i, 2 * chords)).map(|(c, s)| foot - c * half + s * rise * DVec3::Y).collect()
 }
 
-/// One bay of a side: the arcade's arch, the gallery, the clerestory's window, the aisle's vault and window.
+/// One bay on one side: the arcade's arch, the gallery, the clerestory's window, and the aisle's vault and window.
 fn bay(m: &mut Masonry, x: f64) {
     let across = [x - BAY / 2.0, x + BAY / 2.0];
     let wall = |p: DVec3| dvec3(p.x, p.y, NAVE + p.z);
@@ -230,7 +244,8 @@ fn bay(m: &mut Masonry, x: f64) {
     groin_vault(m.of(VAULT), foot, aisle_half(1.0), AISLE_RISE, AISLE_CELLS);
 }
 
-/// A vault over a rectangle with half its diagonal `half`: two tunnels that cross, and a rib along each diagonal.
+/// A groin vault: two barrel vaults that cross, with a rib along each diagonal. `foot` is the middle of the rectangle
+/// that it covers, and `half` is half of the rectangle's diagonal.
 fn groin_vault(m: &mut Masonry, foot: DVec3, half: DVec3, rise: f64, cells: usize) {
     m.patch(cells, cells, |i, j| {
         let ((u, high), (v, over)) = (circle(i, 2 * cells), circle(j, 2 * cells));
@@ -253,14 +268,14 @@ fn baluster(m: &mut Masonry, foot: DVec3, height: f64) {
 /// The mouldings below the gallery and below the clerestory.
 fn string_courses(m: &mut Masonry) {
     let x = [WEST - INTO, EAST + INTO];
-    // By (height above the course, projection from the wall).
+    // Each point is the height above the course, and how far it projects from the wall.
     let profile = [[-0.2, -INTO], [-0.15, 0.08], [0.0, 0.1], [0.05, 0.24], [0.18, 0.24], [0.22, -INTO]];
     for y in [GALLERY, CLERESTORY] {
         m.of(COLUMN).moulding(x, &profile.map(|[above, out]| [y + above, NAVE - out]));
     }
 }
 
-/// The nave's vault.
+/// The nave's vaults, and the ribs between its bays.
 fn vault(m: &mut Masonry) {
     let half = dvec3(BAY / 2.0, 0.0, NAVE + INTO);
     m.of(VAULT);
@@ -273,7 +288,7 @@ fn vault(m: &mut Masonry) {
     }
 }
 
-/// The walls at both ends of an aisle: a window in the west, an altar's niche in the east.
+/// The walls at both ends of an aisle, with a window in the west and an altar in a niche in the east.
 fn aisle_ends(m: &mut Masonry) {
     let (across, high) = ([OUTER - INTO, AISLE + INTO], [AISLE_FLOOR - INTO, AISLE_TOP]);
     let opening = Opening { middle: 6.2, half: 0.7, sill: 2.0, springing: 3.8, rise: 0.7, chords: 8 };
@@ -290,13 +305,13 @@ fn aisle_ends(m: &mut Masonry) {
     m.block([EAST - 1.0, 1.05, 5.1], [EAST - 0.02, 1.2, 7.3]);
 }
 
-/// The choir's screen, and one that closes the aisle's last bay.
+/// The screen before the choir, and the one that closes the aisle's last bay.
 fn screens(m: &mut Masonry) {
     screen(m, EAST + 0.3, SILL_FLOOR, [1.3, 3.05], 7);
     screen(m, EAST - BAY, AISLE_FLOOR, [4.7, 7.75], 10);
 }
 
-/// A balustrade from z[0] to z[1]: a foot, balusters, a rail, and a post at its first end.
+/// A balustrade from z[0] to z[1]: a base, balusters, a rail, and a post at z[0].
 fn screen(m: &mut Masonry, x: f64, floor: f64, z: [f64; 2], balusters: usize) {
     m.of(MARBLE).plinth([x - 0.14, floor - INTO, z[0]], [x + 0.14, floor + 0.12, z[1]]);
     m.block([x - 0.13, floor + 0.85, z[0]], [x + 0.13, floor + 0.98, z[1]]);
@@ -320,7 +335,7 @@ fn pews(m: &mut Masonry) {
     }
 }
 
-/// A side of the choir: a wall with two windows, its cornice, and stalls.
+/// One side of the choir: a wall with two windows and a cornice, and stalls.
 fn choir_side(m: &mut Masonry) {
     let wall = |p: DVec3| dvec3(p.x, p.y, NAVE + p.z);
     let (start, width) = (EAST + 0.75, (CHOIR_END - EAST - 0.75) / 2.0);
@@ -373,13 +388,13 @@ fn ends(m: &mut Masonry) {
     archivolt(m, CHOIR_END + 0.05, &arch);
 }
 
-/// The moulding of an arch across the church.
+/// The moulding around an arch that spans the church from north to south.
 fn archivolt(m: &mut Masonry, x: f64, arch: &Opening) {
     let path: Vec<_> = arch.arch().into_iter().map(|p| dvec3(x, p.y, p.x)).collect();
     m.of(COLUMN).archivolt(&path, 0.47 * DVec3::X, dvec3(x, arch.springing, 0.0), [0.25, 0.1]);
 }
 
-/// Five windows around, and a quarter of a sphere over them.
+/// The apse: a round wall with five windows and mouldings, and a quarter of a sphere above it.
 fn apse(m: &mut Masonry) {
     let centre = dvec3(CHOIR_END + 0.25, 0.0, 0.0);
     let round = |p: DVec3| {

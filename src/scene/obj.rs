@@ -1,22 +1,23 @@
-//! OBJ files into meshes.
+//! Reads OBJ files into meshes.
 //!
-//! The file is read statement by statement and none of it is kept but what a mesh is made of: positions, normals, and
-//! triangles cut as soon as their face is read. So memory follows from what the file says, not from its length: at
-//! worst 20 bytes for one of the file (`tests/memory.rs`), for a file of nothing but large faces of short indices, and
-//! none for what is not understood. Nothing is set aside for a number that the file claims.
+//! The file is read statement by statement. Only what a mesh is made of is kept: positions, normals, and triangles,
+//! into which each face is divided as soon as it is read. The memory that is needed therefore depends on what the file
+//! contains: statements that are not understood need none, and the worst case is 20 bytes of memory for each byte of
+//! the file (`tests/memory.rs`), which occurs in a file of large faces with short indices. No memory is reserved
+//! because of a number that the file claims.
 //!
-//! It is read here and not by tobj, which tests compare with this: on whole files tobj 4.0.5
-//! - keeps some hundred bytes for a face, whose statement may have eight;
-//! - names no lines in its errors;
-//! - panics on `vt` and `vn` indices before the first, or near 2^63;
+//! This reader exists because of what tobj does; the tests compare the two on the files that both can read. tobj 4.0.5
+//! - keeps some hundred bytes for each face, whose statement may have only eight;
+//! - does not name lines in its errors;
+//! - panics on `vt` and `vn` indices that point before the first element, or are near 2^63;
 //! - accepts NaN and infinity;
 //! - makes triangles of polylines (`l 1 2 3`), and fans of concave faces;
-//! - passes over a corner without a normal, so that normals no longer stand beside their positions;
-//! - silently loses the first line after a byte order mark, and with it every index is off by one;
-//! - refuses continued lines, comments after a statement, tabs after `usemtl`, bytes that are not UTF-8, and colours
-//!   on some positions only.
+//! - adds nothing to its list of normals for a corner that has none, so that normals no longer match their positions;
+//! - silently loses the first line after a byte order mark, which shifts every index by one;
+//! - refuses continued lines, comments after a statement, tabs after `usemtl`, bytes that are not UTF-8, and files that
+//!   give colours to some positions only.
 //!
-//! Not read: texture coordinates, colours and weights that follow a position, and curved surfaces.
+//! Texture coordinates, colours and weights that follow a position, and curved surfaces are ignored.
 
 use super::mesh::{FARTHEST, Group, Mesh};
 use super::mtl::{self, MOST_LIBRARIES, WHITE};
@@ -29,13 +30,13 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// Faces with more corners are refused.
+/// The most corners of a face. Faces with more are refused.
 const MOST_CORNERS: usize = 1 << 16;
 
-/// Positions, vertices and triangles have indices of 32 bits.
+/// The most positions, normals, vertices or triangles, whose indices have 32 bits.
 const MOST: usize = u32::MAX as usize;
 
-/// No normal.
+/// The index of a corner that has no normal.
 const NONE: u32 = u32::MAX;
 
 /// What has been read of a model.
@@ -45,36 +46,42 @@ struct Model {
     normals: Vec<DVec3>,
     mesh: Vertices,
     triangles: Vec<[u32; 3]>,
-    /// Each material's number, from 1 on in order of appearance; 0 is no material.
+    /// Each material's number, counted from 1 in the order of appearance. The number 0 means no material.
     materials: HashMap<Box<str>, u32>,
-    /// From this triangle on, this material.
+    /// Each entry (t, m) says that the triangles from number t on have material m.
     uses: Vec<(u32, u32)>,
-    /// What `mtllib` statements name, with the line: each name once, since some exporters repeat it before each object.
+    /// The names in `mtllib` statements, with their lines. Each name is listed once, since some exporters repeat the
+    /// statement before each object.
     libraries: Vec<(u64, String)>,
 }
 
-/// The vertices of a mesh: a position and a normal, each pair once, in the order in which faces use them.
+/// The vertices of the mesh. Each pair of a position and a normal occurs once, in the order in which faces use them.
 #[derive(Default)]
 struct Vertices {
+    /// The number of the vertex for each pair of indices in the file.
     of: HashMap<[u32; 2], u32>,
     positions: Vec<DVec3>,
-    /// Empty until a corner has one.
+    /// The normals. Empty until a corner has one.
     normals: Vec<DVec3>,
 }
 
 impl Mesh {
-    /// Reads an OBJ file and the MTL files that it names, which must lie in its folder. Pipes and devices are read too.
+    /// Reads an OBJ file and the MTL files that it names, which must lie in its folder or below it. The OBJ file may
+    /// also be a pipe or a device.
     ///
-    /// Polygons are triangulated, concave ones too up to 512 corners; larger ones are cut as if they were convex.
-    /// Points and lines are passed over; a material that no MTL file defines is white. Positions keep float64. Not
-    /// finite or past 1e15 in magnitude, they are refused; so are lines and statements longer than 2 MiB, faces of
-    /// more than 65536 corners, and more than 200 MTL files.
+    /// Polygons are divided into triangles. This is correct for concave polygons of up to 512 corners; larger ones are
+    /// treated as convex. Points and lines are ignored. A material that no MTL file defines is white. Positions are
+    /// kept in float64.
+    ///
+    /// # Errors [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where
+    /// there is one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements
+    /// longer than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
         }
         let file = File::open(path).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
-        // The model's folder: where it was found, and where it really lies if that is a link.
+        // The model's folders: the one in its path, and the one in which the file lies if the path is a symbolic link.
         let folders = [Some(path.to_path_buf()), path.canonicalize().ok()].into_iter().flatten().map(|path| match path
             .parent()
         {
@@ -94,8 +101,11 @@ impl Mesh {
         })
     }
 
-    /// Reads a model from memory or from a stream, as [`Mesh::load_obj`] reads a file. `name` stands in messages;
-    /// `open` is asked for what each `mtllib` statement names, after all of the model has been read.
+    /// Reads a model from memory or from a stream, as [`Mesh::load_obj`] reads a file. Messages call it `name`. After
+    /// the whole model has been read, `open` is called with the name in each `mtllib` statement, and opens that file.
+    ///
+    /// # Errors
+    /// As [`Mesh::load_obj`], and if `open` fails.
     pub fn read_obj<M: BufRead>(
         obj: impl BufRead,
         name: &Path,
@@ -108,7 +118,8 @@ impl Mesh {
     }
 }
 
-/// Reads a model. `open` fetches what a `mtllib` statement names, each file with its path; `path` is for messages.
+/// Reads a model. `open` opens the files that a `mtllib` statement names, and returns each with its path. `path` names
+/// the model in messages.
 fn read<M: BufRead>(
     obj: impl BufRead,
     path: &Path,
@@ -135,7 +146,7 @@ fn read<M: BufRead>(
         }
         for (path, file) in files {
             for (material, colour) in mtl::colours(file, &path, &model.materials)? {
-                // Of several files the first that has it, as OBJ says.
+                // If several files define a material, the first one counts, as the OBJ format says.
                 if known.insert(material) {
                     colour_of[material as usize] = colour;
                 }
@@ -149,9 +160,9 @@ fn too_many_libraries() -> String {
     format!("more than {MOST_LIBRARIES} material files; join them into one")
 }
 
-/// The face at hand; keeps its memory from one to the next.
+/// The face that is being read. Its memory is kept from one face to the next.
 struct Face {
-    /// A position and a normal each, counted from 0.
+    /// The indices of the position and the normal of each corner, counted from 0.
     corners: Vec<[u32; 2]>,
     points: Vec<DVec3>,
     triangulator: Triangulator,
@@ -164,7 +175,7 @@ impl Default for Face {
 }
 
 impl Model {
-    /// Takes in one statement, or says what is wrong with it.
+    /// Adds one statement to the model, or returns what is wrong with it.
     fn read(&mut self, statement: &Statement, face: &mut Face) -> Result<(), String> {
         match statement.keyword() {
             "v" if self.positions.len() == MOST => return Err(too_large("positions")),
@@ -180,7 +191,7 @@ impl Model {
                 };
                 let first = self.triangles.len() as u32;
                 match self.uses.last_mut() {
-                    Some(last) if last.0 == first => last.1 = material, // nothing wore that one
+                    Some(last) if last.0 == first => last.1 = material, // the previous material has no triangles
                     _ => self.uses.push((first, material)),
                 }
             }
@@ -206,7 +217,7 @@ impl Model {
             }
             face.corners.push(corner(word, self.positions.len(), self.normals.len())?);
         }
-        // One corner is a point and two are a line: nothing to see.
+        // One corner is a point and two corners are a line, neither of which is drawn.
         if face.corners.len() < 3 {
             return Ok(());
         }
@@ -224,18 +235,18 @@ impl Model {
         Ok(())
     }
 
-    /// The mesh, its triangles sorted by the colours of their materials.
+    /// Makes the mesh. Its triangles are sorted by the colours of their materials.
     fn into_mesh(self, colour_of: &[[f32; 3]]) -> Result<Mesh, Error> {
         let Model { triangles, uses, .. } = self;
         let Vertices { of, positions, mut normals } = self.mesh;
-        drop((self.positions, self.normals, of)); // a large model needs the room
+        drop((self.positions, self.normals, of)); // a large model needs the memory
         let runs = || {
             let starts = [(0, 0)].into_iter().chain(uses.iter().copied());
             let ends = uses.iter().map(|&(first, _)| first).chain([triangles.len() as u32]);
             let run = starts.zip(ends).map(|((first, material), end)| (first as usize..end as usize, material));
             run.filter(|(run, _)| !run.is_empty()).map(|(run, material)| (run, colour_of[material as usize]))
         };
-        // The groups in the order in which their colours appear, and how many triangles each has.
+        // The colours in the order in which they appear, and how many triangles each has.
         let mut groups: Vec<([f32; 3], usize)> = Vec::new();
         let mut group_of: HashMap<[u32; 3], usize> = HashMap::new();
         for (run, colour) in runs() {
@@ -274,11 +285,12 @@ impl Model {
 }
 
 impl Vertices {
-    /// The number of the vertex of this position and normal, a new one where there was none.
+    /// The number of the vertex for this pair of indices. If there is none yet, it is made from the position and the
+    /// normal.
     fn vertex(&mut self, corner: [u32; 2], position: DVec3, normal: Option<&DVec3>) -> u32 {
         *self.of.entry(corner).or_insert_with(|| {
             if let Some(&normal) = normal {
-                self.normals.resize(self.positions.len(), DVec3::ZERO); // none of those before had one
+                self.normals.resize(self.positions.len(), DVec3::ZERO); // the vertices before this one have no normal
                 self.normals.push(normal);
             }
             self.positions.push(position);
@@ -291,7 +303,7 @@ fn too_large(of: &str) -> String {
     format!("more than {MOST} {of}; split the model")
 }
 
-/// Three numbers, each finite and at most `most` in magnitude. What follows them (a weight, a colour) is not read.
+/// Parses three finite numbers of at most `most` in magnitude. What follows them (a weight, a colour) is ignored.
 fn triple<'a>(keyword: &str, most: f64, mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, String> {
     let mut next = || {
         let word = words.next().ok_or_else(|| format!("{keyword} needs three numbers"))?;
@@ -304,7 +316,8 @@ fn triple<'a>(keyword: &str, most: f64, mut words: impl Iterator<Item = &'a str>
     Ok(DVec3::new(next()?, next()?, next()?))
 }
 
-/// A corner's position and normal, counted from 0, of so many.
+/// Parses one corner of a face into the indices of its position and its normal, counted from 0. `positions` and
+/// `normals` are how many of each the file has had so far.
 fn corner(word: &str, positions: usize, normals: usize) -> Result<[u32; 2], String> {
     let mut parts = word.split('/');
     let (position, _texture, normal) = (parts.next().unwrap_or(""), parts.next(), parts.next().unwrap_or(""));
@@ -318,7 +331,8 @@ fn corner(word: &str, positions: usize, normals: usize) -> Result<[u32; 2], Stri
     Ok([v, vn])
 }
 
-/// An index counted from 0, of one counted from 1 on, or back from the last of `count` when negative.
+/// Converts an index of the file to one that is counted from 0. In the file, positive indices are counted from 1, and
+/// negative ones back from the last of the `count` elements so far.
 fn index(i: i64, count: usize, of: &str) -> Result<u32, String> {
     let from_zero = if i < 0 { i64::try_from(count).unwrap_or(i64::MAX).checked_add(i) } else { i.checked_sub(1) };
     match from_zero.and_then(|i| u32::try_from(i).ok()) {

@@ -1,14 +1,16 @@
-//! Polygons into triangles. A fan from the first corner, as most readers have it, is wrong where a face is concave.
+//! Divides polygons into triangles by ear clipping. Most readers make a fan of triangles from the first corner instead,
+//! which is wrong for concave faces.
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
-/// Corners of the largest face in which ears are looked for. earcut takes up to the cube of their number where an
-/// outline crosses itself or returns to nearly the same points: 20 ms for 512 such corners, minutes for 16,000. Up to
-/// here a file costs at most some 10 microseconds for each of its bytes, however many such faces it holds.
+/// The most corners of a face that is divided by ear clipping. The time that earcut takes grows with up to the cube of
+/// the number of corners if the outline crosses itself or returns to nearly the same points: it is 20 ms for 512 such
+/// corners, and minutes for 16,000. With this limit a file costs at most some 10 microseconds for each of its bytes,
+/// however many such faces it holds.
 const MOST_EARS: usize = 512;
 
-/// Cuts the faces of a model into triangles; keeps its memory from one face to the next.
+/// Divides the faces of a model into triangles. It keeps its memory from one face to the next.
 pub(super) struct Triangulator {
     earcut: Earcut<f64>,
     flat: Vec<[f64; 2]>,
@@ -20,9 +22,11 @@ impl Triangulator {
         Triangulator { earcut: Earcut::new(), flat: Vec::new(), cut: Vec::new() }
     }
 
-    /// The triangles of one face, as indices into its corners, wound as the face is. A face of more than [`MOST_EARS`]
-    /// corners is cut in half again and again, which is right where it is convex; so is a face without area, or one
-    /// that crosses itself so badly that no ear is found. Fewer than three corners give nothing.
+    /// Divides one face into triangles, three indices into `corners` for each, wound as the face is. Fewer than three
+    /// corners give no triangle.
+    ///
+    /// A face of more than [`MOST_EARS`] corners is divided as if it were convex. So is a face in which earcut finds no
+    /// ear, because it has no area or crosses itself too badly.
     pub(super) fn triangles(&mut self, corners: &[DVec3]) -> &[u32] {
         self.cut.clear();
         match corners.len() {
@@ -31,7 +35,8 @@ impl Triangulator {
             4 => {
                 self.flatten(corners);
                 let [a, b, c, d] = [0, 1, 2, 3].map(|i| DVec2::from_array(self.flat[i]));
-                // The diagonal from the first corner, unless a reflex corner lies off it.
+                // The quadrilateral is divided along the diagonal from its first corner, unless that runs outside,
+                // which it does if the second or the fourth corner is reflex.
                 let first = (b - a).perp_dot(c - a).min((c - a).perp_dot(d - a));
                 let second = (c - b).perp_dot(d - b).min((d - b).perp_dot(a - b));
                 let split = if first >= 0.0 || first >= second { [0, 1, 2, 0, 2, 3] } else { [1, 2, 3, 1, 3, 0] };
@@ -50,8 +55,10 @@ impl Triangulator {
         &self.cut
     }
 
-    /// Cuts a face of `n` corners as if it were convex. In a fan all triangles would lie upon each other, and a
-    /// hierarchy of boxes about them be as deep as they are many.
+    /// Divides a face of `n` corners as if it were convex: each triangle spans a run of corners from its first to its
+    /// last, with the middle one as its third corner. This is done instead of a fan because the bounding boxes of a
+    /// fan's triangles all overlap at its centre, so that a bounding volume hierarchy about them would be as deep as
+    /// there are triangles.
     fn halve(&mut self, n: u32) {
         let mut open = vec![(0, n - 1)];
         while let Some((first, last)) = open.pop() {
@@ -63,11 +70,11 @@ impl Triangulator {
         }
     }
 
-    /// Projects the corners along the axis the face looks along most, turned so that the face is counter-clockwise:
-    /// then the ears are too.
+    /// Projects the corners along the coordinate axis that is closest to the face's normal. The projection is mirrored
+    /// if needed to make the face counter-clockwise; earcut's triangles are then wound as the face is.
     fn flatten(&mut self, corners: &[DVec3]) {
-        // Newell's normal: also right for faces that are concave or not quite flat. Relative to the first corner, so
-        // that a small face far from the origin keeps its digits.
+        // Newell's method gives the right normal for faces that are concave or not quite flat, too. Positions are taken
+        // relative to the first corner, so that a small face far from the origin keeps its precision.
         let origin = corners[0];
         let next = corners.iter().skip(1).chain(corners.first());
         let normal: DVec3 = corners.iter().zip(next).map(|(&a, &b)| (a - origin).cross(b - origin)).sum();

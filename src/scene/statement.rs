@@ -1,31 +1,33 @@
-//! The statements of OBJ and MTL files: both formats share the rules for lines, comments and numbers.
+//! Splits OBJ and MTL files into statements. Both formats have the same rules for lines, comments and numbers.
 
 use crate::Error;
 use std::io::{BufRead, Read as _};
 use std::path::Path;
 
-/// Bytes of the longest line, and of the longest statement when its lines are joined: 32 for each corner of the largest
-/// face. What is longer, as all of a file without line ends is, is refused before more of it is kept.
+/// The most bytes that a line may have, and a statement after its lines are joined. This is 32 bytes for each corner of
+/// the largest face that is allowed. A longer line is refused before more of it is kept in memory, so that a large file
+/// without line ends does not fill the memory.
 const LONGEST: usize = 1 << 21;
 
-/// Splits a file into statements while it is read, so that one of them at a time is in memory.
+/// Splits a file into statements while it is being read, so that only one statement at a time is in memory.
 pub(super) struct Statements<'a, R> {
     input: R,
     path: &'a Path,
-    /// Lines read so far.
+    /// The number of lines read so far.
     lines: u64,
     line: Vec<u8>,
     whole: String,
 }
 
 impl<'a, R: BufRead> Statements<'a, R> {
-    /// The statements of `input`; `path` is for messages.
+    /// Splits `input`. `path` names it in messages.
     pub(super) fn new(input: R, path: &'a Path) -> Statements<'a, R> {
         Statements { input, path, lines: 0, line: Vec::new(), whole: String::new() }
     }
 
-    /// The next statement. Blank lines and comment lines are passed over; a line that ends with `\` continues on the
-    /// next. Bytes that are not UTF-8, as in names and comments of old files, are replaced.
+    /// Reads the next statement, or returns `None` at the end of the file. Blank lines and comment lines are skipped. A
+    /// line that ends with `\` continues on the next line. Bytes that are not UTF-8, which occur in names and comments
+    /// of old files, are replaced by U+FFFD.
     pub(super) fn next(&mut self) -> Result<Option<Statement<'_>>, Error> {
         self.whole.clear();
         let (mut start, mut bytes) = (0, 0);
@@ -33,13 +35,14 @@ impl<'a, R: BufRead> Statements<'a, R> {
             let text = String::from_utf8_lossy(&self.line);
             let text = text.trim();
             if start == 0 {
-                // A comment does not continue: one that ends in a Windows path would swallow the line after it.
+                // A `\` at the end of a comment does not continue it. Otherwise a comment that ends with a Windows
+                // folder would swallow the next line.
                 if text.is_empty() || text.starts_with('#') {
                     continue;
                 }
                 start = self.lines;
             }
-            // Bytes of the file: what stands for one that is not UTF-8 has three.
+            // The file's own bytes are counted, not those of `text`, in which U+FFFD takes three bytes.
             bytes += self.line.len();
             if bytes > LONGEST {
                 return Err(too_long(self.path, start));
@@ -55,7 +58,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
         Ok((start > 0).then_some(Statement { path: self.path, line: start, text }))
     }
 
-    /// Reads the next line, false at the end of the file.
+    /// Reads the next line into `self.line`. Returns false at the end of the file.
     fn read_line(&mut self) -> Result<bool, Error> {
         self.line.clear();
         let most = LONGEST as u64 + 1;
@@ -73,10 +76,10 @@ impl<'a, R: BufRead> Statements<'a, R> {
 }
 
 fn too_long(path: &Path, line: u64) -> Error {
-    Error::input(path, format!("line {line}: more than {LONGEST} bytes on one line; is it a text file?"))
+    Error::input(path, format!("line {line}: more than {LONGEST} bytes on one line; give a text file, OBJ or MTL"))
 }
 
-/// One statement: its text without surrounding white space.
+/// One statement, without the white space around it.
 pub(super) struct Statement<'a> {
     path: &'a Path,
     line: u64,
@@ -84,7 +87,7 @@ pub(super) struct Statement<'a> {
 }
 
 impl<'a> Statement<'a> {
-    /// The number of the line it starts on.
+    /// The number of the line on which the statement starts, counted from 1.
     pub(super) fn line(&self) -> u64 {
         self.line
     }
@@ -94,23 +97,23 @@ impl<'a> Statement<'a> {
         self.text.split_whitespace().next().unwrap_or("")
     }
 
-    /// Everything after the keyword: names may hold spaces and `#`.
+    /// Everything after the keyword. This is how names are read, since they may contain spaces and `#`.
     pub(super) fn name(&self) -> &'a str {
         self.text.split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim())
     }
 
-    /// The words after the keyword, up to a comment.
+    /// The words after the keyword, up to a comment if there is one.
     pub(super) fn words(&self) -> impl Iterator<Item = &'a str> {
         self.text.split_whitespace().skip(1).take_while(|word| !word.starts_with('#'))
     }
 
-    /// That it makes no sense, and why.
+    /// The error that this statement is invalid, because of `what`.
     pub(super) fn refuse(&self, what: impl AsRef<str>) -> Error {
         Error::input(self.path, format!("line {}: {}", self.line, what.as_ref()))
     }
 }
 
-/// Reads a finite number.
+/// Parses a finite number.
 pub(super) fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
@@ -119,7 +122,7 @@ pub(super) fn number(word: &str) -> Result<f64, String> {
     }
 }
 
-/// A word of a file as it may appear in a message.
+/// Quotes a word of a file for a message. See [`Error::shown`].
 pub(super) fn quoted(word: &str) -> String {
     format!("\"{}\"", Error::shown(word))
 }

@@ -1,4 +1,4 @@
-//! From what the user says about the camera, as much or as little as it is, to a camera.
+//! Makes a camera from what the user says about it. Whatever the user does not say follows from the scene.
 
 use super::mesh::FARTHEST;
 use super::{Camera, Mesh, Projection};
@@ -6,34 +6,36 @@ use crate::Error;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_4;
 
-/// The smallest length that a camera's settings may name, scene units: float32 still holds its square.
+/// The smallest length that a camera's settings may have, in scene units. Its square still fits float32.
 const SMALLEST: f64 = 1e-15;
-/// A framed scene's bounding box leaves this part of the picture's half size free on each side.
+/// When a scene is framed, its bounding box leaves this share of the picture's half size free on each side.
 const MARGIN: f64 = 0.05;
-/// The nearest depth that is never clipped, relative to the scene's farthest.
+/// What lies further from the camera than this share of the scene's farthest depth is never clipped.
 const NEAR_OF_FAR: f64 = 1e-4;
-/// How far the planes stand off from the nearest and farthest vertex, relative, so that rounding clips neither.
+/// How far the planes are moved away from the nearest and the farthest vertex, relative to their depths, so that
+/// rounding does not clip either.
 const STAND_OFF: f64 = 1e-3;
 
-/// What is known about the camera. What is missing follows from the scene.
+/// What is known about a camera. [`View::camera`] derives from the scene what is `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct View {
-    /// Where the eye stands, world space.
+    /// The eye's position in world space.
     pub eye: Option<DVec3>,
-    /// The point in the middle of the picture.
+    /// The point in world space that is in the middle of the picture.
     pub target: Option<DVec3>,
-    /// The direction that is up in the picture; (0, 1, 0) when missing.
+    /// The direction in world space that points up in the picture. The default is (0, 1, 0).
     pub up: Option<DVec3>,
-    /// The field of view or the height; 45 degrees when missing.
+    /// The field of view or the height. The default is a field of view of 45 degrees.
     pub lens: Option<Lens>,
-    /// The smallest visible z, scene units.
+    /// The smallest visible z, in scene units, 1e-15 to 1e15.
     pub near: Option<f64>,
-    /// The largest visible z, scene units.
+    /// The largest visible z, in scene units, 1e-15 to 1e15.
     pub far: Option<f64>,
 }
 
 /// How much the picture shows from bottom to top.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Lens {
     /// Perspective: the vertical field of view in radians, 1 to 175 degrees.
     FovY(f64),
@@ -42,9 +44,10 @@ pub enum Lens {
 }
 
 impl View {
-    /// This view, with what it does not say taken from `scene`'s own: so `--eye` alone looks from there at the
-    /// scene's own target. Near and far belong to where the camera stands; where this view moves it, `scene`'s are
-    /// left out.
+    /// This view, completed from `scene`, the scene's own view. For example, if only the eye is given, it looks at the
+    /// scene's own target. `scene`'s near and far are not used if this view has an eye or a target, because they suit
+    /// only the scene's own position of the camera.
+    #[must_use]
     pub fn or(&self, scene: &View) -> View {
         let moved = self.eye.is_some() || self.target.is_some();
         let unless_moved = |z: Option<f64>| if moved { None } else { z };
@@ -58,15 +61,22 @@ impl View {
         }
     }
 
-    /// The camera for a picture of `width` by `height` pixels, and notices for the user, one line each.
+    /// The camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.
     ///
-    /// Without an eye the whole bounding box is framed, seen from the front (+z where y is up), somewhat from the
-    /// right and above; orthographic, as much of it as the height allows. Without a target the eye looks at the box's
-    /// centre. Without near and far they enclose the scene, except for what is nearer than 1e-4 of its farthest z.
+    /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up),
+    ///   and
+    ///   somewhat from the right and from above. In an orthographic view the height decides how much of it is in the
+    ///   picture.
+    /// - Without a target, the eye looks at the centre of the bounding box.
+    /// - Without near or far, these enclose the scene, except that near is at least 1e-4 of the farthest z.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for what [`View::check`] refuses, for a picture without pixels, for an eye at the centre of the
+    /// scene without a target, and for a near plane that leaves no room for a far plane below 1e15.
     pub fn camera(&self, mesh: &Mesh, width: u32, height: u32) -> Result<(Camera, Vec<String>), Error> {
         self.check()?;
         if width == 0 || height == 0 {
-            return usage(format!("a picture of {width}x{height} pixels has none; give a size of at least 1x1"));
+            return usage(format!("--size {width}x{height} has no pixels; give at least 1x1"));
         }
         let mut notices = Vec::new();
         let aspect = f64::from(width) / f64::from(height);
@@ -77,7 +87,9 @@ impl View {
         let target = self.target.unwrap_or(bounds.0.midpoint(bounds.1));
         let forward = match self.eye {
             Some(eye) if eye == target => {
-                return usage("looking nowhere: --eye is the scene's centre, and no --target is given; move it".into());
+                return usage(
+                    "--eye is the scene's centre, where it would look; give --target, or another --eye".into(),
+                );
             }
             Some(eye) => unit(target - eye),
             None => framing_direction(up),
@@ -86,7 +98,9 @@ impl View {
         let axes = Camera { eye: target, right, up: picture_up, forward, projection, near: 0.0, far: 0.0 };
         if self.eye.is_none() && is_a_point(&axes, bounds) {
             notices.push(
-                "the scene is no larger than a point there: nothing is in view; scale it up, or give --eye".into(),
+                "the scene is too small to be framed at its distance from the origin: nothing is in view; scale it up, \
+                 or give --eye"
+                    .into(),
             );
         }
         let eye = self.eye.unwrap_or_else(|| target - forward * framing_distance(&axes, bounds));
@@ -96,7 +110,10 @@ impl View {
         Ok((Camera { near, far, ..camera }, notices))
     }
 
-    /// Refuses what no scene can make sense of: numbers out of range, an eye that is its own target.
+    /// Refuses a view that is wrong whatever the scene is.
+    ///
+    /// # Errors [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and
+    /// for a near plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
     pub fn check(&self) -> Result<(), Error> {
         for (flag, point) in [("--eye", self.eye), ("--target", self.target), ("--up", self.up)] {
             if let Some(p) = point
@@ -106,13 +123,13 @@ impl View {
             }
         }
         if self.eye.is_some() && self.eye == self.target {
-            return usage("looking nowhere: --eye is the same point as --target; move one of them".into());
+            return usage("--eye is the same point as --target, so it looks nowhere; move one of them".into());
         }
         if self.up == Some(DVec3::ZERO) {
-            return usage("--up 0,0,0 is no direction; try 0,1,0".into());
+            return usage("--up 0,0,0 is not a direction; try --up 0,1,0".into());
         }
         match self.lens {
-            // The same conversion on both sides, so that 1 and 175 are themselves allowed.
+            // The limits are converted as the command converts its flag, so that 1 and 175 themselves are allowed.
             Some(Lens::FovY(fov)) if !(1_f64.to_radians()..=175_f64.to_radians()).contains(&fov) => {
                 return usage(format!("--fov-y {} must be from 1 to 175 degrees", fov.to_degrees()));
             }
@@ -134,7 +151,7 @@ impl View {
         }
     }
 
-    /// Near and far: the user's, or around the scene.
+    /// The near and the far plane: those that the view gives, or else those that enclose the scene.
     fn planes(&self, camera: &Camera, mesh: &Mesh, notices: &mut Vec<String>) -> Result<(f64, f64), Error> {
         let depths = mesh.positions.iter().map(|&p| camera.to_eye(p).z);
         let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
@@ -143,26 +160,27 @@ impl View {
         }
         let scene_far = if farthest < SMALLEST { 1.0 } else { farthest };
         let far = self.far.unwrap_or((scene_far * (1.0 + STAND_OFF)).min(FARTHEST));
-        // From the scene's farthest z or from a given far, whichever is less.
+        // The smallest near that is chosen: a share of the scene's farthest z or of a given far, whichever is less.
         let least_near = NEAR_OF_FAR * scene_far.min(far);
         let near = self.near.unwrap_or((nearest * (1.0 - STAND_OFF)).max(least_near));
         if near < far {
             if far < farthest && self.far.is_none() {
-                notices.push("the scene reaches beyond 1e15 from the camera: what lies there is clipped".into());
+                notices.push("the scene reaches beyond 1e15 from the camera: the part beyond is clipped".into());
             }
             return Ok((near, far));
         }
-        // Only one of the two is given, or neither, and the scene's own other does not fit.
+        // `check` has ruled out that both planes are given in the wrong order. So one of them follows from the scene
+        // and does not fit the other, or both do, and the scene lies beyond 1e15.
         match self.near {
             Some(near) if near * 2.0 <= FARTHEST => {
                 notices.push(format!("--near {near:?} lies beyond the whole scene: nothing is in view"));
                 Ok((near, near * 2.0))
             }
-            Some(near) => usage(format!("--near {near:?} leaves no room below 1e15, the greatest --far")),
+            Some(near) => usage(format!("--near {near:?} is too close to 1e15, the largest --far; give a smaller one")),
             None => {
                 let beyond = match self.far {
                     Some(far) => format!("--far {far:?}"),
-                    None => "1e15 from the camera, the farthest that is drawn".into(),
+                    None => "1e15 from the camera, the largest depth that is drawn".into(),
                 };
                 notices.push(format!("the whole scene lies beyond {beyond}: nothing is in view"));
                 Ok((far * NEAR_OF_FAR, far))
@@ -189,29 +207,35 @@ fn usage<T>(what: String) -> Result<T, Error> {
     Err(Error::Usage(what))
 }
 
-/// The unit vector along `v`, which is not zero. Scaled first, so that its length neither over- nor underflows.
+/// The unit vector along `v`, which must not be zero. `v` is scaled first, so that its length neither overflows nor
+/// underflows.
 fn unit(v: DVec3) -> DVec3 {
     (v / v.abs().max_element()).normalize()
 }
 
-/// The picture's right and up. Where `up` lies along the view, the axis most across the view serves instead.
+/// The picture's right and up vectors. If `up` is parallel to the direction of view, the axis that is most nearly
+/// perpendicular to it takes the place of `up`.
 fn upright(forward: DVec3, up: DVec3, notices: &mut Vec<String>) -> (DVec3, DVec3) {
-    // A microradian: far from rounding, and nobody aims so.
+    // Smaller angles between `up` and the direction of view count as parallel, in radians. This is far above rounding
+    // errors, and smaller than any angle that is meant.
     const PARALLEL: f64 = 1e-6;
     let mut right = forward.cross(up);
     if right.length() < PARALLEL {
-        // -z comes first, so that a plan seen from above has x to the right.
+        // -z comes first, and wins a tie, so that a scene seen from above has x to the right.
         let across = |a: &DVec3, b: &DVec3| forward.dot(*a).abs().total_cmp(&forward.dot(*b).abs());
         let other = [DVec3::NEG_Z, DVec3::X, DVec3::Y].into_iter().min_by(across).unwrap_or(DVec3::NEG_Z);
         right = forward.cross(other);
-        notices.push(format!("--up lies along the view; {},{},{} is up instead", other.x, other.y, other.z));
+        notices.push(format!(
+            "--up is parallel to the direction of view; {},{},{} is up instead",
+            other.x, other.y, other.z
+        ));
     }
     let right = right.normalize();
     (right, right.cross(forward))
 }
 
-/// The direction of view that shows a model from its front, somewhat from the right and above. Its front is towards
-/// +z where y is up, and towards -y where z is up, as models have it.
+/// The direction of view that shows a model from its front, somewhat from the right and from above. The front faces +z
+/// if y is up, and -y if z is up, as is usual in models.
 fn framing_direction(up: DVec3) -> DVec3 {
     let front = if up.z.abs() > 0.9 { DVec3::NEG_Y * up.z.signum() } else { DVec3::Z };
     let right = up.cross(front).normalize();
@@ -219,7 +243,7 @@ fn framing_direction(up: DVec3) -> DVec3 {
     -(right * 0.5 + up * 0.4 + front).normalize()
 }
 
-/// The corners of a box, from the camera's eye.
+/// The corners of a bounding box, in the camera's eye space.
 fn corners(axes: &Camera, (low, high): (DVec3, DVec3)) -> impl Iterator<Item = DVec3> + Clone {
     (0..8).map(move |i| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
@@ -227,13 +251,14 @@ fn corners(axes: &Camera, (low, high): (DVec3, DVec3)) -> impl Iterator<Item = D
     })
 }
 
-/// A scene that is a point, as far as float64 can tell there, is looked at from some distance all the same.
+/// True if the bounding box is so small that float64 hardly tells it from a point, at its distance from the origin.
 fn is_a_point(axes: &Camera, bounds: (DVec3, DVec3)) -> bool {
     let size = corners(axes, bounds).map(DVec3::length).fold(0.0, f64::max);
     size <= (1e-9 * axes.eye.length()).max(SMALLEST)
 }
 
-/// How far before the target the eye of `axes` must stand to have the whole box in the picture.
+/// How far the eye must stand back from the target to have the whole bounding box in the picture. The eye of `axes` is
+/// the target. A box that is a point is looked at from some distance, too.
 fn framing_distance(axes: &Camera, bounds: (DVec3, DVec3)) -> f64 {
     let corners = corners(axes, bounds);
     let size = corners.clone().map(DVec3::length).fold(0.0, f64::max);

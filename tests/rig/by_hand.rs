@@ -1,5 +1,6 @@
 //! Ambient occlusion of depth and normals that a test makes up, in textures of its own.
 
+use super::random::Draw;
 use glam::DVec3;
 use glow::HasContext as _;
 use hbao::image::Image;
@@ -7,8 +8,6 @@ use hbao::reference;
 use hbao::rotation_tile;
 use hbao::scene::Projection;
 use hbao::{AmbientOcclusion, BACKGROUND_R32F, Inputs, NormalEncoding, Settings, TextureRef, TextureTarget};
-use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::Rng as _;
 use std::sync::Arc;
 
 /// Nearer than any of their surfaces.
@@ -216,19 +215,19 @@ pub fn pit(rim: f64) -> ByHand {
     heights((size, size), height, |_, _| [0.0; 2])
 }
 
-/// Depths of a range's powers under random normals, with background among them; some normals are zero.
+/// A surface that no G-buffer would make: depths drawn from a range, evenly by their logarithm, with a twentieth of
+/// background among them, under normals of any length and direction, of which a tenth are zero.
 pub fn rubble(size: (u32, u32), projection: Projection, seed: u128, depths: std::ops::Range<f64>) -> ByHand {
-    let mut random = Pcg64Mcg::new(seed);
-    let mut unit = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut draw = Draw::new(seed);
     let (width, height) = (size.0 as usize, size.1 as usize);
-    // At least a pixel is covered.
+    // The first column is covered, so that a picture of one pixel shows something.
     let depth = Image::from_fn(width, height, |x, _| {
-        let z = depths.start * (depths.end / depths.start).powf(unit());
-        if x > 0 && unit() < 0.05 { f32::INFINITY } else { z as f32 }
+        let z = depths.start * (depths.end / depths.start).powf(draw.unit());
+        if x > 0 && draw.unit() < 0.05 { f32::INFINITY } else { z as f32 }
     });
     let normals = Image::from_fn(width, height, |_, _| {
-        let n = DVec3::new(2.0 * unit() - 1.0, 2.0 * unit() - 1.0, 2.0 * unit() - 1.7);
-        if unit() < 0.1 { [0.0; 3] } else { n.as_vec3().to_array() }
+        let n = DVec3::new(draw.signed(), draw.signed(), draw.signed() - 0.7);
+        if draw.unit() < 0.1 { [0.0; 3] } else { n.as_vec3().to_array() }
     });
     ByHand { depth, normals, projection }
 }

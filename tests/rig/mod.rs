@@ -3,10 +3,13 @@
 #![allow(dead_code, unused_imports, unreachable_pub)]
 
 pub mod by_hand;
+#[cfg(feature = "cli")]
+pub mod command;
 pub mod compare;
 pub mod debug;
 pub mod faults;
 pub mod process;
+pub mod random;
 pub mod scenes;
 pub mod surfaces;
 pub mod twin;

@@ -2,10 +2,10 @@
 
 use std::ffi::OsStr;
 use std::io::Write as _;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 /// Runs `body` in a process of its own, with `environment`: a child that runs only `test`, the test that calls this.
+/// The function's name is enough, without its module: no other test's name may contain it.
 pub fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnOnce()) {
     const CHILD: &str = "HBAO_TEST_CHILD";
     if std::env::var_os(CHILD).is_some() {
@@ -13,13 +13,16 @@ pub fn in_own_process(test: &str, environment: &[(&str, &OsStr)], body: impl FnO
     }
     let program = std::env::current_exe().unwrap();
     let mut child = Command::new(program);
-    child.args(["--exact", test, "--nocapture"]).env(CHILD, test).envs(environment.iter().copied());
+    child.args([test, "--nocapture"]).env(CHILD, test).envs(environment.iter().copied());
     let output = child.output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-    // A filter that matches no test succeeds too, so that one passed must be read.
-    assert!(output.status.success() && text.contains("1 passed"), "{test}: {}\n{text}", output.status);
+    // A filter that matches no test succeeds too, so the harness must report that exactly one passed.
+    assert!(output.status.success() && text.contains("ok. 1 passed"), "{test}: {}\n{text}", output.status);
     print!("{text}");
 }
+
+/// The environment of a process that compiles every shader itself.
+pub const WITHOUT_SHADER_CACHE: (&str, &str) = ("MESA_SHADER_CACHE_DISABLE", "true");
 
 /// Says that a test passes without what it needs, of a Debian package; or fails, where `HBAO_REQUIRE_TOOLS=1` is set,
 /// as continuous integration does.
@@ -40,15 +43,4 @@ pub fn resident() -> i64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
     line.trim().strip_suffix(" kB").unwrap().parse().unwrap()
-}
-
-/// Runs `program`, the command, in a folder, with one thread and a shader cache: for verbs that compile hundreds of
-/// shaders, many of them again. Mesa's cache may hide a compile error, which other tests look for; here it is their
-/// own.
-pub fn with_shader_cache(program: &str, folder: &Path, arguments: &str) -> Output {
-    let mut command = Command::new(program);
-    command.current_dir(folder).args(arguments.split_whitespace());
-    command.env_remove("MESA_SHADER_CACHE_DISABLE").env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
-    // On images as small, threads wait for each other.
-    command.env("LP_NUM_THREADS", "1").output().unwrap()
 }

@@ -1,0 +1,230 @@
+//! `hbao paper` writes one page that needs nothing but itself, with every figure, table and claim; at a size for a
+//! quick look, and with the built-in scenes alone.
+
+use crate::rig;
+use crate::rig::command::cached;
+use hbao::Settings;
+use hbao::context::{Backend, Context};
+use hbao::image::{Image, png};
+use hbao::measure::precision::Comparer;
+use hbao::scene::{Lens, Scene, View};
+use hbao::settings::DepthFormat;
+use serde_json::Value;
+use std::path::Path;
+
+/// What stands between `from` and `to`, wherever it does.
+fn between<'a>(text: &'a str, from: &'a str, to: &'a str) -> impl Iterator<Item = &'a str> {
+    text.split(from).skip(1).filter_map(move |rest| rest.split(to).next())
+}
+
+const FIGURES: [&str; 16] = [
+    "6.1.1",
+    "6.1.4",
+    "6.1.5",
+    "6.1.6",
+    "6.1.7",
+    "6.2.1",
+    "6.2.3",
+    "6.2.4",
+    "6.2.10",
+    "6.2.13",
+    "6.2.14",
+    "6.2.15",
+    "6.2.16",
+    "6.2.17",
+    "talk-1",
+    "table-6.2.1",
+];
+
+#[test]
+fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cached(folder.path(), "paper -o report --size 96x72 --runs 1 --truth-rays 16");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    let report = folder.path().join("report");
+    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+
+    // No network: nothing is fetched from anywhere, and nothing from the files beside it.
+    for source in between(&page, "src=\"", "\"").chain(between(&page, "href=\"", "\"")) {
+        assert!(source.starts_with("data:image/png;base64,") || source.starts_with('#'), "{source:.60}");
+    }
+    assert!(!page.contains("<link") && !page.contains("@import") && !page.contains("url("));
+    for figure in FIGURES {
+        assert!(page.contains(&format!("<section id=\"figure-{figure}\"")), "figure {figure} is missing");
+    }
+    for anchor in between(&page, "href=\"#", "\"") {
+        assert!(page.contains(&format!("id=\"{anchor}\"")), "#{anchor} leads nowhere");
+    }
+    assert!(page.contains("class=\"compare\""), "no two pictures can be laid over each other");
+
+    // The same pictures lie beside it, each a whole file.
+    let files: Vec<_> = std::fs::read_dir(&report).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let of = |extension: &str| files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).count();
+    assert_eq!(between(&page, "src=\"data:", "\"").count(), of("png"));
+    assert_eq!(page.matches("<svg").count(), of("svg"));
+    assert!(of("png") > 30 && of("svg") > 6);
+    assert_eq!(of("tmp"), 0, "something half-written is left");
+    commands_make_the_same_pictures(&page, &report);
+
+    let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();
+    let claims = figures["claims"].as_array().unwrap();
+    assert!(claims.len() >= 18, "{}", claims.len());
+    for claim in claims {
+        let id = claim["id"].as_str().unwrap();
+        let found = claim["found"].as_array().unwrap();
+        let verdicts: Vec<_> = found.iter().map(|found| found["verdict"].as_str().unwrap()).collect();
+        let all = |verdict: &str| verdicts.iter().all(|&one| one == verdict);
+        let expected = match () {
+            () if verdicts.is_empty() => "not measured",
+            () if all("holds") => "holds",
+            () if all("does not hold") => "does not hold",
+            () => "holds in part",
+        };
+        assert_eq!(claim["verdict"], expected, "{id}");
+        assert!(claim["rule"].as_str().unwrap().starts_with("holds where") || id == "three-rays", "{id}");
+        assert!(page.contains(&format!("<tr id=\"claim-{id}\"")), "{id}");
+        assert!(found.iter().all(|found| found["value"].is_number() || id == "three-rays"), "{id}: {found:?}");
+    }
+    numbers_at_their_extremes(&figures["extremes"]);
+    // The tables have all their cells.
+    let rows = figures["tables"]["rows"].as_array().unwrap();
+    for mode in ["half", "msaa1", "msaa4"] {
+        assert_eq!(rows.iter().filter(|row| row["mode"] == mode).count(), 5, "{mode}");
+    }
+
+    // What is not there is said, on the page too.
+    for model in ["sibenik.obj", "dragon.obj"] {
+        assert!(said.contains(model) && page.contains(&format!("for want of {model}")), "{model}: {said}");
+    }
+    assert!(!page.contains("Dragon, "), "there is no dragon");
+}
+
+/// What is said of float32 and the formats is what the measures find, and within what is promised.
+fn numbers_at_their_extremes(extremes: &Value) {
+    let rows = extremes["rows"].as_array().unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    let find = |axis: &str, case: &str| {
+        let found = rows.iter().find(|row| row["axis"] == axis && row["case"] == case);
+        found.unwrap_or_else(|| panic!("{axis}: no {case}"))
+    };
+    for row in rows.iter().filter(|row| row.get("refused").is_none()) {
+        let case = row["case"].as_str().unwrap();
+        // Half a step of 8 bits, where ambient occlusion has no more.
+        let limit = if case.contains("R8") { 0.51 / 255.0 } else { 1e-3 };
+        assert!(number(&row["arithmetic"]["max"]) <= limit, "{row}");
+        let limit = match row["axis"].as_str().unwrap() {
+            // Where the corners of large triangles are placed, and no pixel but of the largest is missing.
+            "extent" => 1e-6 + 1e-7 * number(&row["along"]),
+            _ if case.starts_with("depth R16F") => 1.1e-3,
+            _ => 1e-5,
+        };
+        assert!(number(&row["depth"]["most"]) < limit, "{row}");
+        assert!(row["axis"] != "extent" || case == "1e7" || number(&row["covered"]) == 12288.0, "{row}");
+        // But where R32F's own steps are those of R, or R reaches just past the picture's border.
+        let along = row["along"].as_f64().unwrap();
+        let most = match row["axis"].as_str().unwrap() {
+            "distance" if along > 2e5 => 0.15,
+            "radius" if along == 10.0 => 0.02,
+            _ => 0.005,
+        };
+        assert!(number(&row["ambiguous"]) <= (most * number(&row["covered"])).max(2.0), "{row}");
+        assert!(number(&row["beside"]) < 0.01 * number(&row["covered"]).max(100.0), "{row}");
+        // Neither planes nor offset nor scale matter.
+        if ["near-far", "offset", "scale"].iter().any(|axis| row["axis"] == *axis) {
+            assert!(number(&row["whole"]["most"]) < 1e-3, "{row}");
+        }
+    }
+    for (axis, case, why) in [
+        ("offset", "1e15", "past 1e15"),
+        ("scale", "1e13", "past 1e15"),
+        ("formats", "depth R16F, the scene times 1e-4", "holds depths from 6.1e-5"),
+        ("formats", "depth R16F, the scene times 1e-9", "holds depths from 6.1e-5"),
+        ("formats", "depth R16F, the scene times 1e2", "holds depths to 60000"),
+    ] {
+        assert!(find(axis, case)["refused"].as_str().is_some_and(|text| text.contains(why)), "{axis}: {case}");
+    }
+    for gaps in extremes["told_apart"].as_array().unwrap() {
+        assert!(["near", "middle", "far"].iter().all(|at| number(&gaps[at]) < 1e-5), "{gaps}");
+    }
+    // Fewer bits do occlude a floor, and a bias hides it.
+    let floor = |formats: &str, bias: f64| {
+        let floors = extremes["floor"].as_array().unwrap();
+        let found = floors.iter().find(|row| row["formats"] == formats && row["bias"] == bias);
+        number(&found.unwrap_or_else(|| panic!("{formats} {bias}"))["max"])
+    };
+    assert!(floor("R32F, RGBA16F", 0.0) < 2e-4);
+    for formats in ["R16F, RGBA16F", "R32F, RGBA8_SNORM", "R32F, biased RGBA8"] {
+        let bias = if formats.starts_with("R16F") { 5.0 } else { 1.0 };
+        assert!(floor(formats, 0.0) > 5e-4 && floor(formats, bias) == 0.0, "{formats}");
+    }
+
+    // One row, measured here.
+    let of = |key: &str| {
+        let numbers = extremes["view"][key].as_array().unwrap();
+        glam::DVec3::new(number(&numbers[0]), number(&numbers[1]), number(&numbers[2]))
+    };
+    let lens = Some(Lens::FovY(number(&extremes["view"]["fov_y"]).to_radians()));
+    let view = View { eye: Some(of("eye")), target: Some(of("target")), lens, ..View::default() };
+    let [width, height] = [0, 1].map(|i| extremes["size"][i].as_u64().unwrap() as u32);
+    let mesh = Scene::open("cornell-box").unwrap().mesh;
+    let camera = view.camera(&mesh, width, height).unwrap().0;
+    let radius = number(&extremes["view"]["radius"]);
+    let settings = Settings { depth_format: DepthFormat::R16f, ..rig::float_settings(radius) };
+    let context = Context::open(Backend::Auto).unwrap();
+    let mut comparer = Comparer::new(context.gl(), (width, height), &settings).unwrap();
+    let (found, _) = comparer.measure(&mesh, &camera).unwrap();
+    let row = find("formats", "depth R16F");
+    let printed = ["depth", "normals", "arithmetic", "whole", "shown"].map(|key| number(&row[key]["rmse"]));
+    let measured = [found.depth, found.normals, found.arithmetic, found.whole, found.shown].map(|spread| spread.rmse);
+    // Text is read back to the last digit but one.
+    let same = printed.iter().zip(measured).all(|(printed, measured)| (printed / measured - 1.0).abs() < 1e-12);
+    assert!(same, "{printed:?} {measured:?}");
+}
+
+/// Captions end with a command: some of them, run.
+fn commands_make_the_same_pictures(page: &str, report: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let commands: Vec<_> = between(page, "<code>hbao ", "</code>").filter(|c| c.starts_with("render")).collect();
+    assert!(commands.len() > 15, "{}", commands.len());
+    for command in commands.iter().step_by(4) {
+        let output = cached(folder.path(), command);
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let file = command.rsplit(' ').next().unwrap();
+        let [theirs, ours] = [report.join(file), folder.path().join(file)];
+        if let Ok(grey) = png::read::<u8>(&theirs) {
+            let again: Image<u8> = png::read(&ours).unwrap();
+            assert!(grey == again, "{command}");
+        } else {
+            let colour: Image<[u8; 3]> = png::read(&theirs).unwrap();
+            assert!(colour == png::read::<[u8; 3]>(&ours).unwrap(), "{command}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_written_or_read_is_refused_in_one_line_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    std::fs::create_dir(folder.path().join("broken")).unwrap();
+    std::fs::write(folder.path().join("broken/sibenik.obj"), "v 0 0 nonsense\n").unwrap();
+    for (arguments, part) in [
+        ("paper", "--output"),
+        ("paper -o file", "it is a file, where a folder is wanted"),
+        ("paper -o none/report", "the folder cannot be made"),
+        ("paper -o report --models none", "--models none: no such folder"),
+        ("paper -o report --models broken", "sibenik.obj"),
+        ("paper -o report --size 8x8", "at least 64x48"),
+        ("paper -o report --size 99999x99999", "this driver takes"),
+        ("trade nave --size 99999x99999", "this driver takes"),
+        ("truth nave -o t.exr --size 99999x99999", "pixels can be traced"),
+        ("paper -o report --truth-rays 3", "--truth-rays"),
+        ("paper -o report --runs 0", "--runs"),
+    ] {
+        let output = cached(folder.path(), arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments}: {said}");
+        assert!(said.lines().last().unwrap_or_default().contains(part), "{arguments}: {said}");
+        assert!(!folder.path().join("report").exists(), "{arguments} leaves a folder");
+    }
+}

@@ -1,0 +1,209 @@
+//! What the command line refuses: each in one line, with its exit code, and with nothing written.
+
+use crate::rig::command::{names, notices, of_arguments};
+use std::fs;
+
+/// Models, settings and other files that the cases name.
+const FILES: &[(&str, &[u8])] = &[
+    ("good.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+    ("far.obj", b"v 0 0 0\nv 1e5 0 0\nv 0 1e5 0\nf 1 2 3\n"),
+    ("malformed.obj", b"v 0 0 zero\nf 1 2 3\n"),
+    ("binary.obj", b"v \xff\xfe\x00\x01 0 0\nf 1 2 3\n"),
+    ("range.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
+    ("negative.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -4\n"),
+    ("nan.obj", b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
+    ("inf.obj", b"v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n"),
+    ("overflow.obj", b"v 0 0 0\nv 1e999 0 0\nv 0 1 0\nf 1 2 3\n"),
+    ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
+    ("empty.obj", b""),
+    ("nomtl.obj", b"mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"),
+    ("badmtl.obj", b"mtllib bad.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"),
+    ("bad.mtl", b"newmtl a\nKd red green blue\n"),
+    ("malformed.toml", b"steps = = 3\n"),
+    ("unknown.toml", b"stepz = 3\n"),
+    ("range.toml", b"steps = 300\n"),
+    ("method.toml", b"method = \"voxels\"\n"),
+    ("table.toml", b"[settings]\nsteps = 3\n"),
+    ("point.obj", b"v 1 2 3\nf 1 1 1\n"),
+    ("binary.toml", b"\x89PNG\r\n\x1a\n\x00\xff\xfe"),
+    ("file", b"not a folder"),
+];
+
+/// Exit codes.
+const FAILED: i32 = 1;
+const USAGE: i32 = 2;
+
+/// Runs `hbao render` on each case: (exit code, arguments, what the one line must say). An argument list without `-o`
+/// gets one.
+fn refuses(cases: &[(i32, &str, &str)]) {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in FILES {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    fs::create_dir(folder.path().join("taken.png")).unwrap();
+    let before = names(folder.path());
+    for (code, arguments, part) in cases {
+        let mut all: Vec<_> = arguments.split_whitespace().collect();
+        if !all.contains(&"-o") {
+            all.extend(["-o", "out.png", "--dump", "new", "--timings", "t.json"]);
+        }
+        if !all.iter().any(|argument| argument.starts_with("--size")) {
+            all.extend(["--size", "64x48"]);
+        }
+        let output = of_arguments(folder.path(), &[&["render"], &all[..]].concat()).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let lines = notices(&stderr);
+        assert_eq!(output.status.code(), Some(*code), "{arguments}: {stderr}");
+        assert_eq!(lines.len(), 1, "{arguments}: {stderr}");
+        assert!(lines[0].starts_with("hbao: ") && lines[0].contains(part), "{arguments}: no {part:?} in: {stderr}");
+        assert!(output.stdout.is_empty(), "{arguments}");
+        assert_eq!(names(folder.path()), before, "{arguments}: nothing may be left");
+    }
+}
+
+#[test]
+fn scenes_that_make_no_sense() {
+    refuses(&[
+        (FAILED, "missing.obj", "missing.obj: no such file"),
+        (FAILED, "malformed.obj", "malformed.obj: "),
+        (FAILED, "binary.obj", "binary.obj: "),
+        (FAILED, "range.obj", "range.obj: "),
+        (FAILED, "negative.obj", "negative.obj: "),
+        (FAILED, "nan.obj", "nan.obj: "),
+        (FAILED, "inf.obj", "inf.obj: "),
+        (FAILED, "overflow.obj", "overflow.obj: "),
+        (FAILED, "points.obj", "points.obj: "),
+        (FAILED, "empty.obj", "empty.obj: "),
+        (FAILED, "nomtl.obj", "none.mtl"),
+        (FAILED, "badmtl.obj", "bad.mtl"),
+        (FAILED, "taken.png", "taken.png: "),
+        (FAILED, "naves", "cornell-box or nave"),
+    ]);
+}
+
+#[test]
+fn sizes_and_cameras_out_of_range() {
+    refuses(&[
+        (USAGE, "--size 0x0", "--size: '0x0'"),
+        (USAGE, "--size 0x5", "--size: '0x5'"),
+        (USAGE, "--size 5x0", "--size: '5x0'"),
+        (USAGE, "--size 99999999999x1", "--size: '99999999999x1'"),
+        (USAGE, "--size 100000x100000", "16384x16384"),
+        (USAGE, "--size=-3x4", "--size: '-3x4'"),
+        (USAGE, "--size big", "--size: 'big' is not WxH"),
+        (USAGE, "--size 3x4x5", "--size: "),
+        (USAGE, "--eye 1,2,3 --target 1,2,3", "--eye is the same point as --target"),
+        (USAGE, "--eye 1,2", "--eye: '1,2' is not X,Y,Z"),
+        (USAGE, "--eye 1,nan,2", "--eye 1,NaN,2 must be finite"),
+        (USAGE, "--target inf,0,0", "--target inf,0,0 must be finite"),
+        (USAGE, "--up 0,0,0", "--up 0,0,0 is not a direction"),
+        (USAGE, "--fov-y 0", "from 1 to 175 degrees"),
+        (USAGE, "--fov-y 176", "from 1 to 175 degrees"),
+        (USAGE, "--fov-y nan", "from 1 to 175 degrees"),
+        (USAGE, "--fov-y wide", "--fov-y: 'wide' is no number"),
+        (USAGE, "--ortho 0", "--ortho"),
+        (USAGE, "--ortho -1", "--ortho"),
+        (USAGE, "--fov-y 45 --ortho 3", "--ortho <HEIGHT>"),
+        (USAGE, "--near 3 --far 3", "--near"),
+        (USAGE, "--near 4 --far 3", "--near"),
+        (USAGE, "--near 0", "--near"),
+        (USAGE, "--far inf", "--far"),
+        // Refused before the scene is looked for.
+        (USAGE, "missing.obj --near 4 --far 3", "--near"),
+    ]);
+}
+
+#[test]
+fn settings_out_of_range() {
+    refuses(&[
+        (USAGE, "--directions 0", "--directions: '0' is no whole number from 1 to 64"),
+        (USAGE, "--directions 65", "--directions: '65' is no whole number from 1 to 64"),
+        (USAGE, "--steps 0", "--steps: '0' is no whole number from 1 to 256"),
+        (USAGE, "--steps 257", "--steps: "),
+        (USAGE, "--bias -1", "--bias: '-1' is no angle from 0 to 89"),
+        (USAGE, "--bias 90", "--bias: "),
+        (USAGE, "--blur 2", "--blur: '2' is neither 0 nor an odd number from 3 to 41"),
+        (USAGE, "--blur 4", "--blur: "),
+        (USAGE, "--blur 43", "--blur: "),
+        (USAGE, "--radius 0", "--radius: "),
+        (USAGE, "--radius -1", "--radius: "),
+        (USAGE, "--radius nan", "--radius: "),
+        (USAGE, "--radius inf", "--radius: "),
+        (USAGE, "--radius 0%", "--radius: "),
+        (USAGE, "--strength 0", "--strength: "),
+        (USAGE, "--blur-depth-sigma 0", "--blur-depth-sigma: "),
+        (USAGE, "--attenuation cubic", "--attenuation: 'cubic' is none of quadratic, linear, none"),
+        (USAGE, "--snap steps", "--snap: "),
+        (USAGE, "--method gtao", "--method: 'gtao' is none of"),
+        (USAGE, "--show everything", "--show: 'everything' is none of final, ao,"),
+        (USAGE, "--apply none", "--apply: "),
+        (USAGE, "--backend glx", "glx"),
+        (USAGE, "--depth-format r8", "--depth-format: "),
+        (USAGE, "--no-such-flag", "unexpected argument '--no-such-flag'"),
+        (USAGE, "--steps", "a value is required for '--steps <N>'"),
+        (USAGE, "--steps --blur 3", "a value is required for '--steps <N>'"),
+        (USAGE, "--radius -1%", "--radius: '-1%' is neither"),
+        (USAGE, "--steps 3 --steps 4", "multiple times"),
+        (USAGE, "far.obj --depth-format r16f", "r16f holds depths to 60000"),
+        (USAGE, "--depth-format r16f --far 70000", "r16f holds depths to 60000"),
+        (
+            USAGE,
+            "--depth-format r16f --near 6e-5",
+            "r16f holds depths from 6.1e-5, and the near plane is 6.0e-5: use r32f",
+        ),
+    ]);
+}
+
+#[test]
+fn settings_files_that_make_no_sense() {
+    refuses(&[
+        (FAILED, "--settings missing.toml", "missing.toml: "),
+        (FAILED, "--settings malformed.toml", "malformed.toml: line 1: "),
+        (FAILED, "--settings unknown.toml", "unknown.toml: unknown setting 'stepz'"),
+        (FAILED, "--settings range.toml", "range.toml: steps: '300' is no whole number from 1 to 256"),
+        (FAILED, "--settings method.toml", "method.toml: method: "),
+        (FAILED, "--settings binary.toml", "binary.toml: "),
+        (FAILED, "--settings table.toml", "table.toml: unknown setting 'settings'"),
+        (FAILED, "point.obj", "point.obj: all its points coincide"),
+        (FAILED, "--settings taken.png", "taken.png: "),
+        #[cfg(unix)]
+        (FAILED, "--settings /dev/zero", "/dev/zero: too long"),
+    ]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    refuses(&[
+        (USAGE, "-o out", "must end in .png or .exr"),
+        (USAGE, "-o out.jpg", "must end in .png or .exr"),
+        (USAGE, "-o .png", "must end in .png or .exr"),
+        (FAILED, "-o none/out.png", "the folder none does not exist"),
+        (FAILED, "-o taken.png", "it is a folder"),
+        (FAILED, "-o file/out.png", "cannot write file/out.png"),
+        (FAILED, "-o out.png --dump none/new", "cannot write none/new"),
+        (FAILED, "-o out.png --dump file", "it is a file, where a folder is wanted"),
+        (FAILED, "-o new/color.png --dump new", "two outputs have this name"),
+        (USAGE, "-o out.png --timings far.obj far.obj", "its name must end in .json"),
+        (USAGE, "-o out.png --timings unknown.toml", "its name must end in .json"),
+        (FAILED, "-o out.png --dump new --timings none/t.json", "the folder none does not exist"),
+        #[cfg(target_os = "linux")]
+        (FAILED, "-o /proc/x.png", "cannot write /proc/x.png"),
+    ]);
+}
+
+#[test]
+fn what_is_not_built_yet_is_refused_as_such_and_junk_as_junk() {
+    refuses(&[
+        (USAGE, "--msaa 3", "--msaa: '3' is none of 1, 2, 4, 8"),
+        (USAGE, "--edges on", "--edges: 'on' is none of supersample, off"),
+        (USAGE, "--half-res=maybe", "--half-res: 'maybe' is neither true nor false"),
+        (USAGE, "--method hbao-view", "not built yet"),
+        (USAGE, "--method voxels", "--method: 'voxels' is none of hbao, hbao-talk"),
+        (USAGE, "--rays 0", "--rays: '0' is no whole number from 1 to 64"),
+        (USAGE, "--rays 65", "--rays: "),
+        (USAGE, "--ssao-rotation spin", "--ssao-rotation: 'spin' is none of matrix, mirror"),
+        (USAGE, "--ssao-samples 9", "--ssao-samples: '9' is none of 8, 16, 24"),
+        // A notice does not come before an error.
+        (USAGE, "--edges off --steps 0", "--steps: "),
+    ]);
+}

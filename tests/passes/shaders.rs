@@ -1,0 +1,150 @@
+//! Every shader is GLSL 3.30 core by the letter of Khronos's reference compiler, which drivers are not held to.
+//!
+//! Needs `glslangValidator` (Debian: glslang-tools). Where it is missing the tests say so and pass, unless
+//! `HBAO_REQUIRE_TOOLS=1` is set, as continuous integration does. What is checked is what the library hands to the
+//! driver: Mesa writes it into the directory that `MESA_SHADER_DUMP_PATH` names.
+
+use crate::rig;
+use crate::rig::by_hand::{ByHand, Textures, orthographic, perspective};
+use crate::rig::process::in_own_process;
+use crate::rig::{every_switch, scenes};
+use hbao::context::{Backend, Context};
+use hbao::image::Image;
+use hbao::scene::Projection;
+use hbao::settings::{Method, Radius};
+use hbao::{AmbientOcclusion, Apply, NormalEncoding, TextureTarget};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// False where the compiler is missing and need not be there.
+fn compiler_is_there() -> bool {
+    if Command::new("glslangValidator").arg("--version").output().is_ok() {
+        return true;
+    }
+    let required = std::env::var_os("HBAO_REQUIRE_TOOLS").is_some_and(|value| value == "1");
+    assert!(!required, "HBAO_REQUIRE_TOOLS is set, and there is no glslangValidator: install glslang-tools");
+    // Not by a macro, whose words the harness keeps to itself.
+    let skipped = "SKIPPED: no glslangValidator (Debian: glslang-tools), so no shader is checked against GLSL 3.30";
+    let _ = writeln!(std::io::stderr(), "{skipped}");
+    false
+}
+
+/// What the compiler says against these files, named .vert and .frag.
+fn complaints(files: &[PathBuf]) -> Result<(), String> {
+    let output = Command::new("glslangValidator").args(files).output().unwrap();
+    if output.status.success() { Ok(()) } else { Err(String::from_utf8_lossy(&output.stdout).into_owned()) }
+}
+
+/// Has the library compile every shader it has, for settings that use every switch.
+fn compile_everything() {
+    let context = Context::open(Backend::Osmesa).unwrap();
+    let gl = context.gl();
+    let size = (3, 2);
+    for (i, settings) in every_switch().iter().enumerate() {
+        for shot in [scenes::cornell_box(), scenes::cornell_box().orthographic()] {
+            let apply = if i % 2 == 0 { Apply::All } else { Apply::Ambient };
+            rig::render_applied(gl, &shot, size, settings, apply);
+        }
+    }
+    for projection in [perspective(60.0, size), orthographic(1.0, size)] {
+        let others = every_switch().into_iter().filter(|settings| settings.method != Method::Hbao);
+        for settings in others.chain([every_switch()[0].clone()]) {
+            compile_for_textures(gl, projection, &settings);
+        }
+    }
+    for (directions, steps, blur) in [(1, 1, 3), (64, 256, 41)] {
+        let settings = hbao::Settings { directions, steps, blur, ..every_switch()[1].clone() };
+        rig::render(gl, &scenes::cornell_box(), size, &settings);
+    }
+}
+
+fn compile_for_textures(gl: &std::sync::Arc<glow::Context>, projection: Projection, settings: &hbao::Settings) {
+    let view = ByHand { depth: Image::filled(3, 2, 1.0), normals: Image::filled(3, 2, [0.0, 0.0, -1.0]), projection };
+    let settings = hbao::Settings { radius: Radius::Units(1.0), ..settings.clone() };
+    for make in [AmbientOcclusion::new, AmbientOcclusion::fetch_floor] {
+        let mut ao = make(gl.clone(), view.size(), &settings).unwrap();
+        for target in [TextureTarget::Rectangle, TextureTarget::Texture2d] {
+            for encoding in [NormalEncoding::Signed, NormalEncoding::Biased] {
+                Textures::new(gl, &view, target, encoding).visibility(&mut ao, &view);
+            }
+        }
+    }
+}
+
+/// The dumped shaders, copied to names that say their stage, with their texts.
+fn named_by_stage(dump: &Path, into: &Path) -> Vec<(PathBuf, String)> {
+    let mut shaders = Vec::new();
+    for entry in std::fs::read_dir(dump).unwrap() {
+        let path = entry.unwrap().path();
+        let stem = path.file_stem().unwrap().to_str().unwrap();
+        let stage = if stem.starts_with("VS_") { "vert" } else { "frag" };
+        let text = std::fs::read_to_string(&path).unwrap();
+        let copy = into.join(format!("{stem}.{stage}"));
+        std::fs::write(&copy, &text).unwrap();
+        shaders.push((copy, text));
+    }
+    shaders
+}
+
+#[test]
+fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
+    const TEST: &str = "every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught";
+    if !compiler_is_there() {
+        return;
+    }
+    let (dump, copies) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    in_own_process(TEST, &[("MESA_SHADER_DUMP_PATH", dump.path().as_os_str())], compile_everything);
+    if std::env::var_os("HBAO_TEST_CHILD").is_some() {
+        return;
+    }
+    let shaders = named_by_stage(dump.path(), copies.path());
+    // Each file of glsl/ is in some shader, by its first line.
+    let glsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    for folder in [glsl.clone(), glsl.join("shared")] {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_file() {
+                let text = std::fs::read_to_string(&path).unwrap();
+                assert!(shaders.iter().any(|(_, shader)| shader.contains(&text)), "{} is in none", path.display());
+            }
+        }
+    }
+    assert!(shaders.len() > 40, "{} shaders", shaders.len());
+    for (path, text) in &shaders {
+        assert!(text.starts_with("#version 330 core\n"), "{}", path.display());
+    }
+    // The G-buffer that writes biased normals: the last fallback, which no driver at hand needs.
+    let gbuffers: Vec<_> =
+        shaders.iter().filter(|(_, text)| text.contains("#ifdef NORMALS_BIASED\n    out_2")).collect();
+    assert!(gbuffers.len() >= 4, "{} shaders of the G-buffer", gbuffers.len());
+    for (path, text) in gbuffers {
+        let biased = text.replacen("core\n", "core\n#define NORMALS_BIASED 1\n", 1);
+        let file = path.with_file_name(format!("biased_{}", path.file_name().unwrap().to_str().unwrap()));
+        std::fs::write(&file, biased).unwrap();
+        complaints(&[file]).unwrap();
+    }
+    let paths: Vec<PathBuf> = shaders.iter().map(|(path, _)| path.clone()).collect();
+    complaints(&paths).unwrap();
+
+    // A misspelt name, and functions that Mesa's compilers know from later versions only.
+    for plant in
+        ["float planted = undeclared;", "float planted = fma(1.0, 2.0, 3.0);", "uint planted = packUnorm2x16(vec2(0));"]
+    {
+        let mut caught = 0;
+        for (path, text) in &shaders {
+            let planted = text.replacen("void main()\n{", &format!("void main()\n{{\n{plant}"), 1);
+            assert_ne!(&planted, text);
+            let stage = path.extension().unwrap().to_str().unwrap();
+            let file = copies.path().join(format!("planted.{stage}"));
+            std::fs::write(&file, planted).unwrap();
+            let complaint = complaints(&[file]).expect_err(plant);
+            assert!(complaint.contains("ERROR"), "{complaint}");
+            caught += 1;
+            // One would do; a few show that it is not that one shader's doing.
+            if caught == 4 {
+                break;
+            }
+        }
+    }
+}
