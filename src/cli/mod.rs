@@ -1,6 +1,6 @@
 //! The command line, one verb per file.
 //!
-//! Nothing here panics on what a flag or a file contains: each error becomes one line on stderr and an exit code.
+//! Nothing here panics on the contents of a flag or a file: each error becomes one line on stderr and an exit code.
 
 mod bench;
 mod flags;
@@ -37,11 +37,12 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("bench", matches)) => bench::run(matches),
         Some(("paper", matches)) => paper::run(matches),
         Some(("info", _)) => info::run(),
-        // clap lets no other through.
+        // clap accepts no other subcommand.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
     }
 }
 
+/// The whole command line.
 fn command() -> Command {
     Command::new("hbao")
         .version(env!("CARGO_PKG_VERSION"))

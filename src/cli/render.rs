@@ -1,4 +1,4 @@
-//! `hbao render`: a scene to an image, and on request to every image on the way to it.
+//! `hbao render`: renders a scene to an image and, on request, to every image on the way to it.
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
@@ -134,14 +134,14 @@ impl Wanted {
     }
 }
 
-/// Renders. Whatever can be found wrong is found before the next dearer step: flags, then files to be written, then
-/// the scene, then OpenGL.
+/// Renders. Mistakes are found before the next, more expensive step: first those in the flags, then those about the files
+/// to be written, then those in the scene, then those of OpenGL.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
     let folder = || wanted.dump.as_deref().map(MadeFolder::ensure).transpose();
     {
-        // Gone again at once, so that an interrupt while rendering leaves no empty folder.
+        // The folder is removed again at once, so that an interrupt while rendering leaves no empty folder.
         let _rehearsal = folder()?;
         Outputs::check(wanted.paths())?;
     }
@@ -159,19 +159,20 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
-    // Of the default nothing is said where the driver has as many.
+    // Nobody needs to read about the default where the driver has that many samples.
     if flags.knobs_given().any(|flag| flag == "msaa") || pipeline.samples() != settings.msaa {
         say(&format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples()));
     }
     let mut times = pipeline.render(&scene.mesh, &camera)?;
     if wanted.timings.is_some() {
-        // Drivers compile shaders when they first draw, which is not what a pass takes.
+        // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
         times = pipeline.render(&scene.mesh, &camera)?;
     }
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
     let text = metadata(&origin);
-    // All is encoded before anything is written, so that an interrupt finds few moments with files under way.
+    // Everything is encoded before anything is written, so that there is little time in which an interrupt finds files
+    // half written.
     let encode = |image: &Rendered, format| image.encode(&pipeline, &resolved, format, &text);
     let mut files = vec![(wanted.output.clone(), encode(wanted.show, wanted.format)?)];
     for (path, image) in wanted.dumped() {
@@ -183,7 +184,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             (path, timings(&context, flags.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
         }),
     );
-    // Lives longer than what is staged inside it.
+    // The folder must outlive the files that are staged inside it.
     let made = folder()?;
     let mut outputs = Outputs::new();
     files.iter().try_for_each(|(path, bytes)| outputs.stage(path, bytes))?;
@@ -194,9 +195,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// The settings as a settings file holds them, and in a table of its own, which [`Settings::read_toml`] passes over,
-/// all else that the image follows from. The backend is not part of it: by EGL and by OSMesa, one driver renders the
-/// same image, and the files are equal to the byte.
+/// The settings as a settings file holds them, and everything else that the image follows from, in a table of its own that
+/// [`Settings::read_toml`] skips. The backend is not part of it: one driver renders the same image by EGL and by OSMesa, and
+/// the files are then equal to the byte.
 fn origin(
     settings: &Settings,
     flags: &Flags,
@@ -216,7 +217,7 @@ fn origin(
     flags::with_origin(settings, render)
 }
 
-/// What `--timings` writes.
+/// The text of the file that `--timings` writes.
 fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
     let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
     let report = json!({

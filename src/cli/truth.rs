@@ -11,9 +11,10 @@ use hbao::measure::{Shot, TruthImage};
 use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
-Eq. 6.2.3 of ShaderX7: rays in uniform directions of the hemisphere about the triangle's normal, from the surface point on
-the ray of each pixel's centre; triangles occlude from both sides. Of the settings only --radius and --attenuation matter.
-The noise is the root of the mean variance of a pixel, estimated from two independent halves of the rays.
+Eq. 6.2.3 of ShaderX7 is evaluated with rays in uniform directions of the hemisphere about the triangle's normal. They
+start at the surface point on the ray of each pixel's centre, and triangles occlude from both sides. Of the settings only
+--radius and --attenuation matter. The noise is the root of the mean variance of a pixel, estimated from two independent
+halves of the rays.
 
 Examples:
   hbao truth -o truth.exr --size 400x300

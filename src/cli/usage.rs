@@ -2,8 +2,8 @@
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// One line for an error of clap's, made from what clap says about it and not from its rendered message, which has several
-/// lines. Errors that a value is out of range do not come from clap: the flags are read in [`super::flags`].
+/// Words an error of clap's in one line. The line is made from the error's kind and context, because clap's own message has
+/// several lines. Errors about a value out of range do not come from clap: `flags` reads the values.
 pub(super) fn one_line(error: &clap::Error) -> String {
     let about = |kind| error.get(kind).map(named).unwrap_or_default();
     let argument = about(ContextKind::InvalidArg);
@@ -35,7 +35,7 @@ pub(super) fn one_line(error: &clap::Error) -> String {
             other => format!("the argument {argument} cannot be used with {other}"),
         },
         ErrorKind::InvalidUtf8 => "an argument is not valid UTF-8".into(),
-        // The command line gives clap no reason for an error of another kind; if one comes, its name is said.
+        // Our command line does not lead clap to an error of another kind. Should one come up, its kind is the message.
         kind => kind.as_str().unwrap_or("the command line is not understood").into(),
     };
     format!("{what} (see --help)")

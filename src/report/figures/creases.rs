@@ -19,8 +19,8 @@ pub(super) fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
         title: "Creases of low tessellation".into(),
         text: format!("The inside of a round vault of {FACETS} flat strips, which meet at {} degrees.", 180 / FACETS),
         pictures: vec![
-            picture(lab, &vault, lab.small(), &settings(0.0), &AO, ("6.2.13-a", "bias 0"))?,
-            picture(lab, &vault, lab.small(), &settings(BIAS_DEGREES), &AO, ("6.2.13-b", &biased))?,
+            picture(lab, &vault, lab.small(), &settings(0.0), &AO, "6.2.13-a", "bias 0")?,
+            picture(lab, &vault, lab.small(), &settings(BIAS_DEGREES), &AO, "6.2.13-b", &biased)?,
         ],
         ..Figure::default()
     })

@@ -15,7 +15,8 @@ pub(super) fn picture(
     size: (u32, u32),
     settings: &Settings,
     show: &Rendered,
-    (file, caption): (&str, &str),
+    file: &str,
+    caption: &str,
 ) -> Result<Picture, Error> {
     let (pipeline, _) = lab.render(subject, size, settings, picture::request([show], Apply::All))?;
     let file = format!("{file}.png");
@@ -59,7 +60,8 @@ pub(in crate::report) fn detail<T: Texel<Component = u8>>(
     (left, bottom): (usize, usize),
     (width, height): (usize, usize),
     enlarged: usize,
-    (file, caption): (&str, &str),
+    file: &str,
+    caption: &str,
 ) -> Result<Picture, Error> {
     let (width, height) = (width.min(image.width), height.min(image.height));
     let (left, bottom) = (left.min(image.width - width), bottom.min(image.height - height));
