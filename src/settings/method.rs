@@ -80,6 +80,20 @@ const fn hollow(outline: &'static [(i32, i32)]) -> Marker {
     Marker { outline, filled: false }
 }
 
+/// The facts that most methods have: they take steps along directions, leave pixels open where a step is shorter than a
+/// texel, have the defaults of the settings, and are followed by the Gaussian blur. A row names what differs.
+const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
+    reads: &[],
+    samples: &["directions", "steps"],
+    defaults: |settings| settings,
+    exits_early: true,
+    reads_near: false,
+    blur: MethodBlur::Gaussian,
+    tile: TileKind::Rotations,
+    shader: &[],
+    marker: hollow(CROSS),
+};
+
 /// Passes the rows of all methods to the macro `$expand`. Each part of the crate makes what it needs of them: this file
 /// makes the enum and its facts, `pass` the list of shader files, `reference` the list of twins.
 ///
@@ -105,13 +119,8 @@ macro_rules! methods {
                         "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
                         "grounding", "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
-                    defaults: |settings| settings,
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: filled(SQUARE),
+                    ..ALONG_DIRECTIONS
                 }
             }
             /// The SIGGRAPH 2008 talk: each direction has one horizon and one attenuation (Eq. 3).
@@ -124,17 +133,13 @@ macro_rules! methods {
                         "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
                     defaults: |settings| Settings {
                         attenuation: Attenuation::Linear,
                         snap: Snap::Sample,
                         ..settings
                     },
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: hollow(SQUARE),
+                    ..ALONG_DIRECTIONS
                 }
             }
             /// The brute-force method of ShaderX7 6.2: rays over the hemisphere are marched over the depth image.
@@ -148,12 +153,10 @@ macro_rules! methods {
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     samples: &["directions", "rays", "steps"],
-                    defaults: |settings| settings,
                     exits_early: false,
                     reads_near: true,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: filled(TRIANGLE),
+                    ..ALONG_DIRECTIONS
                 }
             }
             /// Shanmugam and Arikan 2007, as ShaderX7 6.2 describes it: every sample is a sphere that occludes.
@@ -166,13 +169,8 @@ macro_rules! methods {
                         "radius", "directions", "steps", "strength", "snap", "clamp",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
-                    defaults: |settings| settings,
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: hollow(DIAMOND),
+                    ..ALONG_DIRECTIONS
                 }
             }
             /// Fox and Compton 2008, as ShaderX7 6.2 describes it: micro-spheres that all have the same solid angle.
@@ -185,13 +183,8 @@ macro_rules! methods {
                         "radius", "directions", "steps", "strength", "snap", "clamp",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
-                    defaults: |settings| settings,
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: hollow(TRIANGLE),
+                    ..ALONG_DIRECTIONS
                 }
             }
             /// ShaderX7 6.1, the method of Crysis: A follows from the share of points around P that lie in open space.
@@ -205,12 +198,11 @@ macro_rules! methods {
                         "ssao-samples", "ssao-rotation", "ssao-depth", "ssao-normals", "ssao-curve",
                     ],
                     samples: &["ssao-samples"],
-                    defaults: |settings| settings,
                     exits_early: false,
-                    reads_near: false,
                     blur: MethodBlur::Crysis,
                     tile: TileKind::Vectors,
                     marker: filled(DIAMOND),
+                    ..ALONG_DIRECTIONS
                 }
             }
             /// No method: A = 1 everywhere, as in the 'No AO' rows of Table 6.2.1.
@@ -219,14 +211,10 @@ macro_rules! methods {
                 shader: [],
                 define: [],
                 facts: {
-                    reads: &[],
                     samples: &[],
-                    defaults: |settings| settings,
                     exits_early: false,
-                    reads_near: false,
                     blur: MethodBlur::None,
-                    tile: TileKind::Rotations,
-                    marker: hollow(CROSS),
+                    ..ALONG_DIRECTIONS
                 }
             }
         }
