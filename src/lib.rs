@@ -60,7 +60,7 @@ pub use projection::Projection;
 pub use settings::Settings;
 pub use tile::rotation_tile;
 
-// The crates whose types stand in this one's interface, in the versions that fit.
+// These crates are re-exported because their types appear in the interface of this one. The versions match.
 #[cfg(feature = "render")]
 pub use glam;
 pub use glow;

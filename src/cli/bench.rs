@@ -19,17 +19,18 @@ use std::collections::BTreeSet;
 const EXPLANATION: &str = "\
 The parts of --only:
   table    Table 6.2.1: whole frames at half resolution, 1x and 4x, with a blur of 9 and more and more samples
-  figure1  Figure 1 of the talk: each method's pass alone, against the least that its fetches take
-  crysis   16 samples and their blur at 1280x720, with depth at full size and at half (with what makes it), by mirror
-           in place of a matrix
+  figure1  Figure 1 of the talk: each method's pass alone, beside the least time that its fetches take
+  crysis   16 samples and their blur at 1280x720: with depth at full size, with depth at half size (the time of making it
+           included), and with a mirror in place of a matrix
   scaling  hbao by pixels, samples and triangles, with the power fitted to each; every triangle is cut in 4, repeatedly
 
 Times are medians over interleaved runs, by the driver's timer query where it has one, after a first run that compiles
-the shaders; in percent, how far from it the farthest run was. The floor is the AO shader with every fetch of depth, in
-which the arithmetic after each is replaced by a sum. Beside them stand the papers' figures of 2008. Methods, samples
-and blurs are the papers' own: settings that would change them are said to have no effect. --size is that of table and
-figure1; scaling goes from a quarter of its width to twice. The machine should have nothing else to do; LP_NUM_THREADS=1
-keeps llvmpipe to one thread, and MESA_SHADER_CACHE_DISABLE=true has it compile every time.
+the shaders. The percentage after a time says how far the farthest run was from the median. The floor is the AO shader
+with every fetch of depth, in which the arithmetic after each fetch is replaced by a sum. The papers' figures of 2008 stand
+beside ours. Methods, samples and blurs are the papers' own: a notice names the flags that have no effect on them. --size
+is the size of table and figure1; scaling goes from a quarter of its width to twice its width. The machine should have
+nothing else to do; LP_NUM_THREADS=1 keeps llvmpipe to one thread, and MESA_SHADER_CACHE_DISABLE=true makes it compile the
+shaders every time.
 
 Examples:
   hbao bench
@@ -66,7 +67,7 @@ pub(crate) fn command() -> Command {
         .after_help(EXPLANATION)
 }
 
-/// Measures part by part, prints each, and writes the figures where they are wanted.
+/// Measures group by group, prints each group's tables, and writes the figures if that was asked for.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut flags = Flags::read(matches)?;
     if flags::text(matches, "scene").is_none() {

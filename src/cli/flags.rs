@@ -1,7 +1,7 @@
-//! The flags that verbs share: what is seen, from where, and every knob of [`KNOBS`].
+//! The flags that verbs share: the scene, the camera, and every knob of [`KNOBS`].
 //!
-//! clap takes all values as text, and they are read here: so each message is one line that names the flag and says
-//! what it takes, and a value may begin with a minus.
+//! clap takes all values as text, and this module reads them. In this way each message is one line that names the flag and
+//! says what it takes, and a value may begin with a minus.
 
 use clap::{Arg, ArgMatches, value_parser};
 use glam::DVec3;
@@ -14,34 +14,35 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-/// No settings file is anywhere near as long; a device has no end.
+/// The longest settings file that is read, in bytes. Real ones are far shorter; a device such as /dev/zero has no end.
 const LONGEST_SETTINGS: u64 = 1 << 20;
+/// The message for a file longer than [`LONGEST_SETTINGS`].
 const TOO_LONG: &str = "too long for settings: more than 1 MiB";
 
-/// The method of the contract that is not built yet: it is known, so that nobody is told that there is none.
+/// The method that is not built yet. Its name is known, so that the message can say so.
 const TO_COME: &str = "hbao-view";
 
-/// What the shared flags say.
+/// The shared flags, read.
 pub(crate) struct Flags {
     /// A built-in scene's name, or a path.
     pub(crate) scene: String,
     /// Width and height in pixels.
     pub(crate) size: (u32, u32),
-    /// The camera, as far as it was given.
+    /// The camera, as far as flags give it.
     pub(crate) view: View,
-    /// What gives the OpenGL context.
+    /// Which library gives the OpenGL context.
     pub(crate) backend: Backend,
     file: Option<(PathBuf, String)>,
     knobs: Vec<(&'static Knob, String)>,
 }
 
-/// What the shared flags lead to.
+/// The scene, settings and camera that the shared flags lead to.
 pub(crate) struct Opened {
     pub(crate) scene: Scene,
     /// The radius may still be in percent.
     pub(crate) settings: Settings,
     pub(crate) camera: Camera,
-    /// To be said of the camera.
+    /// Notices about the camera.
     pub(crate) notices: Vec<String>,
 }
 
@@ -50,13 +51,13 @@ pub(crate) fn valued(name: &'static str, value: &'static str, help: impl Into<St
     Arg::new(name).long(name).value_name(value).allow_negative_numbers(true).help(help.into())
 }
 
-/// A flag whose value may be more than a number and begin with a minus all the same: `-1,2,3`, `-1%`.
+/// A flag whose value may begin with a minus even where it is more than a number: `-1,2,3`, `-1%`.
 fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
     valued(name, value, help).allow_hyphen_values(true)
 }
 
-/// The path that a flag gives, of a file with this extension or of something like /dev/stdout: no model or settings
-/// file is overwritten by mistake.
+/// The path that a flag gives. It must name a file with the extension `wanted`, or something like /dev/stdout, so that no
+/// model or settings file is overwritten by mistake.
 pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<Option<PathBuf>, Error> {
     let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
     let right = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
@@ -67,7 +68,7 @@ pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<
     Ok(Some(path.clone()))
 }
 
-/// What `--runs` says.
+/// The value of `--runs`.
 pub(crate) fn read_runs(matches: &ArgMatches, default: usize) -> Result<usize, Error> {
     let Some(text) = text(matches, "runs") else { return Ok(default) };
     let runs = text.parse().ok().filter(|runs| (1..=1000).contains(runs));
@@ -111,42 +112,42 @@ pub(crate) fn arguments() -> Vec<Arg> {
     all
 }
 
-/// `--size`.
+/// The flag `--size`.
 pub(crate) fn size_argument() -> Arg {
     valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]")
 }
 
-/// What `--size` says.
+/// The value of `--size`.
 pub(crate) fn read_size(matches: &ArgMatches) -> Result<(u32, u32), Error> {
     size(text(matches, "size").unwrap_or("1600x1200"))
 }
 
-/// `--backend`.
+/// The flag `--backend`.
 pub(crate) fn backend_argument() -> Arg {
     valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", ")))
 }
 
-/// What `--backend` says.
+/// The value of `--backend`.
 pub(crate) fn read_backend(matches: &ArgMatches) -> Result<Backend, Error> {
     text(matches, "backend").unwrap_or("auto").parse()
 }
 
-/// `--truth-rays`.
+/// The flag `--truth-rays`.
 pub(crate) fn truth_rays() -> Arg {
     valued("truth-rays", "N", "Rays a pixel [even, 2 to 65536; default: 256]")
 }
 
-/// What `--truth-rays` says.
+/// The value of `--truth-rays`.
 pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
     let Some(text) = text(matches, "truth-rays") else { return Ok(256) };
     let rays = text.trim().parse().ok().filter(|rays: &u32| (2..=65536).contains(rays) && rays.is_multiple_of(2));
     rays.ok_or_else(|| Error::Usage(format!("--truth-rays: '{text}' is no even number from 2 to 65536")))
 }
 
-/// The defaults of the methods that have another one than all others: `hbao-talk linear`.
+/// The methods whose default differs from the usual one, with their default: `hbao-talk linear`.
 fn own_defaults(knob: &'static Knob) -> impl Iterator<Item = String> {
     let of = move |method: Method| knob.text(&Settings::for_method(method));
-    // The method itself is no default of a method.
+    // Every method's own name differs from the default method's name, which is no matter of defaults.
     let methods = Method::ALL.iter().filter(move |_| knob.name != "method");
     methods
         .filter(move |&&method| of(method) != knob.text(&Settings::default()))
@@ -156,12 +157,8 @@ fn own_defaults(knob: &'static Knob) -> impl Iterator<Item = String> {
 fn knob_argument(knob: &'static Knob) -> Arg {
     let takes = if knob.kind == Kind::Switch { "or =true, =false".into() } else { knob.kind.to_string() };
     let default = knob.text(&Settings::default());
-    // Of the methods that have another default or another blur.
-    let methods = |differs: &dyn Fn(Method) -> bool| {
-        let all = Method::ALL.iter().filter(|&&method| differs(method));
-        all.map(|method| method.name()).collect::<Vec<_>>().join(", ")
-    };
-    let own_blur = methods(&|method| method.facts().blur == MethodBlur::Crysis);
+    let own_blur = Method::ALL.iter().filter(|method| method.facts().blur == MethodBlur::Crysis);
+    let own_blur = own_blur.map(|method| method.name()).collect::<Vec<_>>().join(", ");
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
         ("blur", default) => format!("{default}; {own_blur} has its own of 4x4, unless 0"),
@@ -173,13 +170,13 @@ fn knob_argument(knob: &'static Knob) -> Arg {
     let help = format!("{} [{takes}; default: {default}]{to_come}", knob.help);
     let arg = if knob.kind == Kind::Length { signed } else { valued };
     let arg = arg(knob.name, knob.value, help).help_heading("Settings");
-    // With a value, so that a flag can win over a settings file here too.
+    // A switch takes a value too, so that a flag can turn off what a settings file turns on.
     let switch = |arg: Arg| arg.num_args(0..=1).require_equals(true).default_missing_value("true");
     if knob.kind == Kind::Switch { switch(arg).value_name("BOOL") } else { arg }
 }
 
 impl Flags {
-    /// Reads and checks them all, before anything is opened but the settings file.
+    /// Reads and checks all shared flags. Nothing but the settings file is opened for that.
     pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
         let lens = match (number(matches, "fov-y")?, number(matches, "ortho")?) {
             (Some(degrees), _) => Some(Lens::FovY(degrees.to_radians())),
@@ -207,7 +204,7 @@ impl Flags {
         Ok(flags)
     }
 
-    /// Opens the scene, and settles camera and settings by it.
+    /// Opens the scene, and completes the camera and the settings with the scene's own.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
         let scene = Scene::open(&self.scene)?;
         // The defaults of some settings are the method's own.
@@ -223,7 +220,7 @@ impl Flags {
         Ok(Opened { scene, settings, camera, notices })
     }
 
-    /// The settings file laid over `base`, and the flags over both.
+    /// The settings: the settings file wins over `base`, and flags win over both.
     fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
         if let Some((path, text)) = &self.file {
             base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
@@ -238,7 +235,7 @@ impl Flags {
         Ok(base)
     }
 
-    /// What was seen, as it goes into the metadata of images: the scene, the size and the camera.
+    /// The scene, the size and the camera, as the metadata of images hold them.
     pub(crate) fn seen(&self, camera: &Camera) -> toml::Table {
         let numbers = |v: DVec3| toml::Value::from(v.to_array().to_vec());
         let mut render = toml::Table::new();
@@ -281,12 +278,12 @@ pub(crate) fn with_origin(settings: &Settings, render: toml::Table) -> String {
     format!("{}\n{render}", settings.to_toml())
 }
 
-/// Degrees as they were typed: 50, where half of 50's tangent and back is 49.99999999999999.
+/// Degrees as they were typed. A field of view of 50 degrees becomes a tangent, from which 49.99999999999999 comes back.
 fn typed(degrees: f64) -> f64 {
     (degrees * 1e10).round() / 1e10
 }
 
-/// One of a list of names.
+/// The value that a flag names, one of a list.
 pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Result<T, Error> {
     let found = names.iter().find(|(name, _)| *name == text);
     found.map(|&(_, value)| value).ok_or_else(|| {
@@ -295,7 +292,7 @@ pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Resu
     })
 }
 
-/// A flag's value.
+/// The text of a flag's value.
 pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
     matches.get_one::<String>(name).map(String::as_str)
 }
@@ -324,7 +321,7 @@ fn size(text: &str) -> Result<(u32, u32), Error> {
 
 fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     let refused = |what: String| Error::Input { path: path.into(), what };
-    // An image says which settings made it.
+    // An image holds the settings that made it.
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let texts = match extension.as_deref() {
         Some("png") => Some(png::read_text(path)?),

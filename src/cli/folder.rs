@@ -4,11 +4,11 @@ use hbao::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A folder made for what is to be written into it, which goes again unless it is kept.
+/// A folder that was made for the files to be written into it. It is removed again unless it is kept.
 pub(crate) struct MadeFolder(Option<PathBuf>);
 
 impl MadeFolder {
-    /// Makes the folder where there is none.
+    /// Makes the folder, unless it is there already.
     pub(crate) fn ensure(path: &Path) -> Result<MadeFolder, Error> {
         if path.is_dir() {
             return Ok(MadeFolder(None));
@@ -21,7 +21,7 @@ impl MadeFolder {
         Ok(MadeFolder(Some(path.into())))
     }
 
-    /// Leaves it.
+    /// Leaves the folder in place.
     pub(crate) fn keep(mut self) {
         self.0 = None;
     }

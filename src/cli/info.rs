@@ -8,19 +8,19 @@ use hbao::{Error, Format, Timers, format_renders, size_limit};
 use std::fmt::Write as _;
 use std::thread;
 
-/// The verb.
+/// The verb, which has no flags.
 pub(crate) fn command() -> Command {
     Command::new("info")
         .about("Say what each OpenGL backend gives on this machine")
         .after_help("Example:\n  hbao info\n\nIt fails where no backend works.")
 }
 
-/// Prints each backend's findings, or why it has none.
+/// Prints what each backend gives, or why it gives no context.
 pub(crate) fn run() -> Result<(), Error> {
     let mut text = String::new();
     let mut failures = Vec::new();
     for backend in [Backend::Egl, Backend::Osmesa] {
-        // A context is current on the thread that made it: each backend has its own.
+        // A context is current on the thread that made it, so that each backend needs a thread of its own.
         let findings = thread::spawn(move || findings(backend)).join();
         let findings = findings.unwrap_or_else(|_| Err(Error::Context(format!("{}: it crashed", backend.name()))));
         match findings {
@@ -41,9 +41,9 @@ pub(crate) fn run() -> Result<(), Error> {
 fn findings(backend: Backend) -> Result<String, Error> {
     let context = Context::open(backend)?;
     let gl = context.gl();
-    // SAFETY: the context is current on this thread; the parameters are core, MAX_VIEWPORT_DIMS with two values.
+    // SAFETY: the context is current on this thread; the parameters are core, and MAX_VIEWPORT_DIMS has two values.
     let (names, limits, viewport) = unsafe {
-        let names = [glow::VENDOR, glow::RENDERER, glow::VERSION, glow::SHADING_LANGUAGE_VERSION];
+        let names = [glow::VENDOR, glow::SHADING_LANGUAGE_VERSION];
         let limits = [
             glow::MAX_TEXTURE_SIZE,
             glow::MAX_RECTANGLE_TEXTURE_SIZE,
@@ -56,7 +56,7 @@ fn findings(backend: Backend) -> Result<String, Error> {
         gl.get_parameter_i32_slice(glow::MAX_VIEWPORT_DIMS, &mut viewport);
         (names.map(|name| gl.get_parameter_string(name)), limits.map(|limit| gl.get_parameter_i32(limit)), viewport)
     };
-    let [vendor, renderer, version, glsl] = names;
+    let [vendor, glsl] = names;
     let [texture, rectangle, renderbuffer, samples, colour_samples, depth_samples] = limits;
     let size = size_limit(gl);
     let timer =
@@ -72,8 +72,8 @@ fn findings(backend: Backend) -> Result<String, Error> {
     let mut text = format!("{}\n", context.describe());
     for (name, value) in [
         ("vendor", vendor),
-        ("renderer", renderer),
-        ("OpenGL", version),
+        ("renderer", context.renderer()),
+        ("OpenGL", context.version()),
         ("GLSL", glsl),
         ("images", format!("up to {size}x{size}")),
         ("textures", format!("up to {texture}, rectangles {rectangle}, renderbuffers {renderbuffer}")),

@@ -1,6 +1,6 @@
 //! The command line, one verb per file.
 //!
-//! Nothing here panics on what a flag or a file contains: each error becomes one line on stderr and an exit code.
+//! Nothing here panics on the contents of a flag or a file: each error becomes one line on stderr and an exit code.
 
 mod bench;
 mod flags;
@@ -12,6 +12,7 @@ mod session;
 mod trade;
 mod truth;
 mod tune;
+mod usage;
 
 use crate::terminal::print;
 use clap::Command;
@@ -26,7 +27,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             return print(&error.to_string());
         }
-        Err(error) => return Err(Error::Usage(in_one_line(&error))),
+        Err(error) => return Err(Error::Usage(usage::one_line(&error))),
     };
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
@@ -36,11 +37,12 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("bench", matches)) => bench::run(matches),
         Some(("paper", matches)) => paper::run(matches),
         Some(("info", _)) => info::run(),
-        // clap lets no other through.
+        // clap accepts no other subcommand.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
     }
 }
 
+/// The whole command line.
 fn command() -> Command {
     Command::new("hbao")
         .version(env!("CARGO_PKG_VERSION"))
@@ -54,13 +56,4 @@ fn command() -> Command {
         .subcommand(bench::command())
         .subcommand(paper::command())
         .subcommand(info::command())
-}
-
-/// clap's message without its usage text: what is wrong, and what may have been meant.
-fn in_one_line(error: &clap::Error) -> String {
-    let text = error.to_string();
-    let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
-    let said: Vec<_> = lines.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
-    let said = said.join(" ").replace(" tip: ", "; ");
-    format!("{} (see --help)", said.strip_prefix("error: ").unwrap_or(&said))
 }

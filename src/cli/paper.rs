@@ -14,9 +14,10 @@ use std::path::PathBuf;
 const SMALLEST: (u32, u32) = (64, 48);
 
 const EXPLANATION: &str = "\
-DIR/index.html needs nothing but itself; its pictures and drawings also lie beside it, and report.json has the figures. The
-models are those of the papers: sibenik.obj and dragon.obj, and sponza.obj for the pictures of 6.1. What is not there is
-left out, which the page says; the built-in nave stands in for Sibenik. The machine should have nothing else to do.
+DIR/index.html needs no other file. Its pictures and drawings also lie beside it, and report.json holds its numbers. The
+models are those of the papers: sibenik.obj and dragon.obj, and sponza.obj for the pictures of 6.1. The page says which of
+them are missing and what it leaves out for that; the built-in nave stands in for Sibenik. The machine should have nothing
+else to do.
 
 Examples:
   hbao paper -o report --size 320x240

@@ -1,42 +1,22 @@
-//! `hbao render`: a scene to an image, and on request to every image on the way to it.
+//! `hbao render`: renders a scene to an image and, on request, to every image on the way to it.
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
 use super::session::open_context;
-use crate::picture::{FileFormat, Show, encode};
+use crate::picture::{self, FileFormat, Rendered};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
-use hbao::image::{Outputs, exr, metadata};
+use hbao::image::{Outputs, metadata};
 use hbao::scene::Camera;
-use hbao::settings::{Method, Settings};
-use hbao::{Apply, Error, PassTime, Pipeline, Request, rotation_tile};
+use hbao::settings::Settings;
+use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use serde_json::json;
 use std::path::PathBuf;
 
 const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
-/// The files of `--dump`, beside `rotation.exr`.
-const DUMPED: [(&str, Show); 6] = [
-    ("depth.exr", Show::Depth),
-    ("normals.exr", Show::Normals),
-    ("ao_raw.exr", Show::AoRaw),
-    ("ao.exr", Show::Ao),
-    ("color.png", Show::Color),
-    ("edges.png", Show::Edges),
-];
-const ROTATION: &str = "rotation.exr";
-
-const EXAMPLES: &str = "\
-What --show writes:
-  final, color  RGB; in an EXR the 8-bit values over 255
-  ao, ao-raw    visibility after and before the blur, 1 is open: grey, or Y in an EXR
-  depth         eye-space z: grey from 0, the nearest surface in view, to 254, the farthest, and 255 background;
-                in an EXR Y in scene units, +infinity for background
-  normals       in eye space, x right, y up, z forward: (n + 1)/2 as RGB, background black; in an EXR R, G, B are
-                x, y, z, and 0, 0, 0 background
-  edges         255 (in an EXR 1) on pixels of several surfaces, 0 elsewhere: 0 everywhere without MSAA
-
+const EXPLANATION: &str = "\
 Each file holds the settings that made it, which --settings reads: in a PNG as the text 'hbao', in an EXR as the
 attribute 'hbao'.
 
@@ -49,7 +29,7 @@ Examples:
 
 /// The verb's flags.
 pub(crate) fn command() -> Command {
-    let shows = Show::NAMES.map(|(name, _)| name).join(", ");
+    let shows = picture::names().map(|(name, _)| name).collect::<Vec<_>>().join(", ");
     let applies = APPLY.map(|(name, _)| name).join(", ");
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
     let outputs = [
@@ -63,14 +43,32 @@ pub(crate) fn command() -> Command {
         .about("Render a scene with ambient occlusion")
         .args(outputs.map(|arg| arg.help_heading("Output")))
         .args(flags::arguments())
-        .after_help(EXAMPLES)
+        .after_help(format!("What --show writes:\n{}\n{EXPLANATION}", images_in_words()))
+}
+
+/// A line or more for each image of `--show`. Images with the same explanation share one.
+fn images_in_words() -> String {
+    let mut explained: Vec<(String, &str)> = Vec::new();
+    for (name, image) in picture::names() {
+        match explained.iter_mut().find(|(_, help)| *help == image.help) {
+            Some((names, _)) => *names += &format!(", {name}"),
+            None => explained.push((name.into(), image.help)),
+        }
+    }
+    let lines = explained.iter().map(|(names, help)| {
+        let help = help.replace('\n', &format!("\n{:16}", ""));
+        format!("  {names:<14}{help}\n")
+    });
+    lines.collect()
 }
 
 /// What is to be written, and where.
 struct Wanted {
     output: PathBuf,
     format: FileFormat,
-    show: Show,
+    show: &'static Rendered,
+    /// The name of `show`.
+    shown: &'static str,
     apply: Apply,
     dump: Option<PathBuf>,
     timings: Option<PathBuf>,
@@ -78,88 +76,72 @@ struct Wanted {
 
 impl Wanted {
     fn read(matches: &ArgMatches) -> Result<Wanted, Error> {
-        // A trailing separator or dot says nothing more about a folder.
+        // A trailing separator or dot does not change which folder a path means.
         let folder = |path: &PathBuf| path.components().collect::<PathBuf>();
         let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
+        let names: Vec<_> = picture::names().map(|(name, image)| (name, (name, image))).collect();
+        let (shown, show) = flags::word("show", flags::text(matches, "show").unwrap_or("final"), &names)?;
         Ok(Wanted {
             format: FileFormat::of(&output)?,
             output,
-            show: flags::word("show", flags::text(matches, "show").unwrap_or("final"), &Show::NAMES)?,
+            show,
+            shown,
             apply: flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?,
             dump: matches.get_one::<PathBuf>("dump").map(folder),
             timings: flags::path_of(matches, "timings", "json")?,
         })
     }
 
-    fn paths(&self) -> Vec<PathBuf> {
-        let dumped = DUMPED.map(|(name, _)| name).into_iter().chain([ROTATION]);
-        let dumped = self.dump.iter().flat_map(|folder| dumped.clone().map(|name| folder.join(name)));
-        dumped.chain([self.output.clone()]).chain(self.timings.clone()).collect()
+    /// The images of `--dump`, and where they are written.
+    fn dumped(&self) -> impl Iterator<Item = (PathBuf, &'static Rendered)> {
+        self.dump.iter().flat_map(|folder| picture::dumped().map(|(name, image)| (folder.join(name), image)))
+    }
+
+    /// Every image that is written.
+    fn images(&self) -> impl Iterator<Item = &'static Rendered> {
+        [self.show].into_iter().chain(self.dumped().map(|(_, image)| image))
+    }
+
+    /// Every file that is written.
+    fn paths(&self) -> impl Iterator<Item = PathBuf> {
+        self.dumped().map(|(path, _)| path).chain([self.output.clone()]).chain(self.timings.clone())
     }
 
     fn request(&self) -> Request {
-        Request {
-            gbuffer_only: !self.whole() && !matches!(self.show, Show::Final | Show::Ao | Show::AoRaw),
-            composite: (self.show == Show::Final).then_some(self.apply),
-            raw: self.show == Show::AoRaw || self.dump.is_some(),
-            edges: self.show == Show::Edges || self.dump.is_some(),
-            timings: self.timings.is_some(),
-            ..Request::default()
-        }
+        let request = picture::request(self.images(), self.apply);
+        // Every pass is timed, and so every pass must run.
+        let timings = self.timings.is_some();
+        Request { gbuffer_only: request.gbuffer_only && !timings, timings, ..request }
     }
 
-    /// True where every pass is wanted: its image, or its time.
-    fn whole(&self) -> bool {
-        self.dump.is_some() || self.timings.is_some()
-    }
-
-    /// Why a flag changes nothing that is written, where it does not.
+    /// Why a flag changes nothing that is written; none where it does change something.
     fn without_effect(&self, flag: &str, settings: &Settings) -> Option<String> {
         if flag == "apply" {
-            return (self.show != Show::Final).then(|| "unless --show is final".into());
+            return self.request().composite.is_none().then(|| "unless --show is final".into());
         }
-        if self.request().edges && decides_edges(flag, settings) {
+        let idle = settings.idle(flag);
+        let timed = self.timings.is_some() && idle.is_none();
+        if timed || self.images().any(|image| image.is_decided_by(flag, settings)) {
             return None;
         }
-        if let Some(idle) = settings.idle(flag) {
-            return Some(idle.to_string());
-        }
-        if self.whole() {
-            return None;
-        }
-        let matters = match (self.show, flag) {
-            (Show::Final | Show::Ao, _) => true,
-            (Show::AoRaw, _) => settings.blur == 0 || !flag.starts_with("blur") && flag != "edges",
-            (_, "msaa") => true,
-            (Show::Color, _) => flag == "normals",
-            (Show::Depth, _) => flag == "depth-format",
-            (Show::Normals, _) => flag == "normals" || flag == "normal-format",
-            // What decides has been asked above.
-            (Show::Edges, _) => false,
-        };
-        let show = Show::NAMES.iter().find(|&&(_, show)| show == self.show).map_or("", |&(name, _)| name);
-        (!matters).then(|| format!("with --show {show}"))
+        Some(idle.map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
+    }
+
+    /// The settings to render with: without a blur where no image and no time of it is written.
+    fn needed(&self, settings: Settings) -> Settings {
+        let blur = if self.timings.is_none() && self.images().all(Rendered::is_unblurred) { 0 } else { settings.blur };
+        Settings { blur, ..settings }
     }
 }
 
-/// Whether a flag decides which pixels are edges: what the blur's depth sigma follows from does.
-fn decides_edges(flag: &str, settings: &Settings) -> bool {
-    match flag {
-        "msaa" | "depth-format" | "method" | "blur-depth-sigma" => true,
-        "radius" => settings.blur_depth_sigma.is_none() && settings.method != Method::Ssao,
-        "ssao-samples" => settings.blur_depth_sigma.is_none() && settings.method == Method::Ssao,
-        _ => false,
-    }
-}
-
-/// Renders. Whatever can be found wrong is found before the next dearer step: flags, then files to be written, then
-/// the scene, then OpenGL.
+/// Renders. Mistakes are found before the next, more expensive step: first those in the flags, then those about the files
+/// to be written, then those in the scene, then those of OpenGL.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
     let folder = || wanted.dump.as_deref().map(MadeFolder::ensure).transpose();
     {
-        // Gone again at once, so that an interrupt while rendering leaves no empty folder.
+        // The folder is removed again at once, so that an interrupt while rendering leaves no empty folder.
         let _rehearsal = folder()?;
         Outputs::check(wanted.paths())?;
     }
@@ -174,40 +156,35 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, &settings)?)));
     idle.chain(notices).for_each(|notice| say(&notice));
 
-    let mut resolved = settings.resolved(scene.mesh.diagonal());
-    if wanted.show == Show::AoRaw && !wanted.whole() {
-        resolved.blur = 0; // nothing shows it
-    }
+    let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
-    // Of the default nothing is said where the driver has as many.
+    // Nobody needs to read about the default where the driver has that many samples.
     if flags.knobs_given().any(|flag| flag == "msaa") || pipeline.samples() != settings.msaa {
         say(&format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples()));
     }
     let mut times = pipeline.render(&scene.mesh, &camera)?;
     if wanted.timings.is_some() {
-        // Drivers compile shaders when they first draw, which is not what a pass takes.
+        // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
         times = pipeline.render(&scene.mesh, &camera)?;
     }
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
     let text = metadata(&origin);
-    // All is encoded before anything is written, so that an interrupt finds few moments with files under way.
-    let mut files = vec![(wanted.output.clone(), encode(&pipeline, wanted.show, wanted.format, &text)?)];
-    if let Some(folder) = &wanted.dump {
-        for (name, show) in DUMPED {
-            let path = folder.join(name);
-            let bytes = encode(&pipeline, show, FileFormat::of(&path)?, &text)?;
-            files.push((path, bytes));
-        }
-        files.push((folder.join(ROTATION), exr::encode(&rotation_tile(&resolved), &text)?));
+    // Everything is encoded before anything is written, so that there is little time in which an interrupt finds files
+    // half written.
+    let encode = |image: &Rendered, format| image.encode(&pipeline, &resolved, format, &text);
+    let mut files = vec![(wanted.output.clone(), encode(wanted.show, wanted.format)?)];
+    for (path, image) in wanted.dumped() {
+        let format = FileFormat::of(&path)?;
+        files.push((path, encode(image, format)?));
     }
     files.extend(
         wanted.timings.clone().map(|path| {
             (path, timings(&context, flags.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
         }),
     );
-    // Lives longer than what is staged inside it.
+    // The folder must outlive the files that are staged inside it.
     let made = folder()?;
     let mut outputs = Outputs::new();
     files.iter().try_for_each(|(path, bytes)| outputs.stage(path, bytes))?;
@@ -218,9 +195,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// The settings as a settings file holds them, and in a table of its own, which [`Settings::read_toml`] passes over,
-/// all else that the image follows from. The backend is not part of it: by EGL and by OSMesa, one driver renders the
-/// same image, and the files are equal to the byte.
+/// The settings as a settings file holds them, and everything else that the image follows from, in a table of its own that
+/// [`Settings::read_toml`] skips. The backend is not part of it: one driver renders the same image by EGL and by OSMesa, and
+/// the files are then equal to the byte.
 fn origin(
     settings: &Settings,
     flags: &Flags,
@@ -240,7 +217,7 @@ fn origin(
     flags::with_origin(settings, render)
 }
 
-/// What `--timings` writes.
+/// The text of the file that `--timings` writes.
 fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
     let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
     let report = json!({

@@ -16,15 +16,16 @@ use serde_json::json;
 
 const EXPLANATION: &str = "\
 Each of some 50 settings is timed (ambient occlusion and its blur, the median of interleaved runs) and compared, over
-the pixels that hold a surface, with ray-traced ambient occlusion of the same radius and attenuation. A star marks what
-nothing else beats in both time and RMSE. Edge pixels hold more than one surface, by the depths of 4 samples a pixel.
-Of the settings only --radius, --attenuation and --strength matter: the sweep goes through the others. LP_NUM_THREADS=1
-keeps llvmpipe to one thread; the machine should have nothing else to do.
+the pixels that hold a surface, with ray-traced ambient occlusion of the same radius and attenuation. A star marks the
+settings that no others beat in both time and RMSE. Edge pixels are those of which 4 depth samples show more than one
+surface. Of the settings only --radius, --attenuation and --strength matter: the sweep goes through the others.
+LP_NUM_THREADS=1 keeps llvmpipe to one thread; the machine should have nothing else to do.
 
-The second table takes the error of the chapter's settings apart, on 50,000 random pixels, the same in every run. Model:
-64 directions with a sample every texel, in float64, against the rays. Sampling: the settings' samples against those.
-Filtering: after the blur against before. Quantisation: 8 bits against float. A pixel's parts add up to its total error,
-and so do the biases. The squares of the RMSEs do so only with the cross term, twice the mean of the parts' products.
+The second table takes the error of the chapter's settings apart, on 50,000 random pixels, the same in every run. The model
+error is that of 64 directions with a sample every texel, in float64, against the rays. The sampling error is that of the
+settings' samples against those. The filtering error is that of the image after the blur against the one before, and the
+quantisation error that of 8 bits against float. A pixel's parts add up to its total error, and so do the biases. The
+squares of the RMSEs do so only with the cross term, which is twice the mean of the parts' products.
 
 Examples:
   hbao trade nave --size 400x300
@@ -46,7 +47,7 @@ pub(crate) fn command() -> Command {
         .after_help(EXPLANATION)
 }
 
-/// Traces the truth, measures the sweep, prints a table, and writes what is wanted.
+/// Traces the truth, measures the sweep, prints the tables, and writes the files that were asked for.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let (rays, runs) = (flags::read_truth_rays(matches)?, flags::read_runs(matches, 5)?);

@@ -2,7 +2,7 @@
 
 use super::flags::{self, Flags, Opened};
 use super::session::{trace, without_effect};
-use crate::picture::{FileFormat, visibility};
+use crate::picture::{FileFormat, Pixels};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
@@ -11,9 +11,10 @@ use hbao::measure::{Shot, TruthImage};
 use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
-Eq. 6.2.3 of ShaderX7: rays in uniform directions of the hemisphere about the triangle's normal, from the surface point on
-the ray of each pixel's centre; triangles occlude from both sides. Of the settings only --radius and --attenuation matter.
-The noise is the root of the mean variance of a pixel, estimated from two independent halves of the rays.
+Eq. 6.2.3 of ShaderX7 is evaluated with rays in uniform directions of the hemisphere about the triangle's normal. They
+start at the surface point on the ray of each pixel's centre, and triangles occlude from both sides. Of the settings only
+--radius and --attenuation matter. The noise is the root of the mean variance of a pixel, estimated from two independent
+halves of the rays.
 
 Examples:
   hbao truth -o truth.exr --size 400x300
@@ -51,6 +52,6 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let origin = flags::with_origin(&settings, render);
     let truth = TruthImage::new(&traced, flags.size);
     let mut outputs = Outputs::new();
-    outputs.stage(output, &visibility(&truth.visibility, format, &metadata(&origin))?)?;
+    outputs.stage(output, &Pixels::Visibility(truth.visibility).encode(format, &metadata(&origin))?)?;
     outputs.commit()
 }

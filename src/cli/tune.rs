@@ -1,4 +1,4 @@
-//! `hbao tune`: the settings that a view needs, and no dearer ones.
+//! `hbao tune`: the cheapest settings that a view needs.
 
 mod listing;
 mod words;
@@ -20,18 +20,18 @@ The RMSE is that of the image that 'hbao render' makes of this scene, size and c
 its --dump against the image of 'hbao truth' with the same --truth-rays, over the pixels that are finite in depth.exr. The
 milliseconds are those of ambient occlusion and its blur, as 'hbao trade' counts them.
 
-What is searched: method, directions, steps, rays, half-res, blur, edges, jitter, the formats, and of ssao its samples,
-depth, normals and curve. Each of these flags pins what it sets, and so does each line of --settings: the search varies
-only what is not given. The radius, attenuation, strength, bias, msaa and all other settings are never searched. An RMSE
-over all pixels sees neither the pattern of 4x4 pixels that the jitter leaves, nor bands, nor jagged edges, which are few:
---jitter tile --blur 9 --edges supersample keeps what is there against them.
+These are searched: method, directions, steps, rays, half-res, blur, edges, jitter, the formats, and of ssao its samples,
+depth, normals and curve. A flag pins what it sets, and so does each line of --settings: the search varies only the rest.
+The radius, attenuation, strength, bias, msaa and all other settings are never searched. An RMSE over all pixels hardly
+shows the pattern of 4x4 pixels that the jitter leaves, nor bands, nor jagged edges, since these are few pixels: give
+--jitter tile --blur 9 --edges supersample to keep the settings that prevent them.
 
-How: each setting is rendered once for its error, the least work first, and none that takes more of the same work than
-one that already answers. What comes near the goal is varied knob by knob. Contenders are timed in interleaved rounds, the
-best 4 of them in three times as many more. For --max-error the most accurate of those is taken whose median the slowest
-quarter of the fastest one's runs exceeds, since that is noise; for --max-ms the most accurate whose median is within T.
-Errors that differ by less than 0.0001 count as equal: the faster is taken. LP_NUM_THREADS=1 keeps llvmpipe to one thread;
-the machine should have nothing else to do.
+Settings are rendered once for their error, in the order of their work. They are not rendered where they take more of the
+same work than settings that already meet the goal. Settings near the goal are varied knob by knob. Contenders are timed in
+interleaved rounds, and the best 4 of them in three times as many more. For --max-error the answer is the most accurate
+whose median is within the noise of the fastest: at most the time that the slowest quarter of the fastest one's runs exceed.
+For --max-ms it is the most accurate whose median is within T. Errors that differ by less than 0.0001 count as equal; then
+the faster settings are taken. LP_NUM_THREADS=1 keeps llvmpipe to one thread; the machine should have nothing else to do.
 
 Examples:
   hbao tune nave --size 400x300 --max-error 0.15 -o fast.toml
@@ -76,7 +76,7 @@ fn read_goal(matches: &ArgMatches) -> Result<Goal, Error> {
     }
 }
 
-/// Looks at the view, traces the truth, searches, prints what was found, and writes it.
+/// Looks at the view, traces the truth, searches, prints what was found, and writes the settings.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let goal = read_goal(matches)?;

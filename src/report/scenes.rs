@@ -20,7 +20,7 @@ fn quads(quads: impl IntoIterator<Item = [DVec3; 4]>) -> Result<Mesh, Error> {
     Mesh::new(positions, triangles)
 }
 
-fn subject(key: &'static str, name: &str, mesh: Mesh, (eye, target): (DVec3, DVec3), radius: f64) -> Subject {
+fn subject(key: &'static str, name: &str, mesh: Mesh, eye: DVec3, target: DVec3, radius: f64) -> Subject {
     let view =
         View { eye: Some(eye), target: Some(target), lens: Some(Lens::FovY(40f64.to_radians())), ..View::default() };
     Subject { name: name.into(), key, mesh: Rc::new(mesh), view, radius, arguments: None }
@@ -39,7 +39,7 @@ pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -
         [-up, end - up, end + up, up]
     };
     let mesh = quads([side(-1.0), side(1.0)])?;
-    let mut fold = subject(key, name, mesh, (dvec3(0.0, 0.0, 30.0), DVec3::ZERO), 3.0);
+    let mut fold = subject(key, name, mesh, dvec3(0.0, 0.0, 30.0), DVec3::ZERO, 3.0);
     // A camera's field of view is limited: a picture that is far higher than wide gets less than 90 degrees across.
     let fov_y = 2.0 * (f64::from(size.1) / f64::from(size.0)).atan();
     fold.view.lens = Some(Lens::FovY(fov_y.clamp(1.5f64.to_radians(), 174f64.to_radians())));
@@ -59,7 +59,7 @@ pub(super) fn folds(size: (u32, u32)) -> Result<[(Subject, f64); 3], Error> {
 pub(super) fn floor() -> Result<Subject, Error> {
     let far = 500.0;
     let mesh = quads([[dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)]])?;
-    Ok(subject("floor", "floor", mesh, (dvec3(0.0, 6.0, 8.0), dvec3(0.0, 0.0, 0.0)), 1.0))
+    Ok(subject("floor", "floor", mesh, dvec3(0.0, 6.0, 8.0), DVec3::ZERO, 1.0))
 }
 
 /// A floor with a square rim upright on it, seen from straight above: Figure 6.2.4 in three dimensions. From the middle of
@@ -78,8 +78,7 @@ pub(super) fn pit() -> Result<Subject, Error> {
             all.push(quad.map(turned));
         }
     }
-    let view = (dvec3(0.0, 14.0, 0.0), DVec3::ZERO);
-    let mut pit = subject("pit", "pit", quads(all)?, view, 4.0);
+    let mut pit = subject("pit", "pit", quads(all)?, dvec3(0.0, 14.0, 0.0), DVec3::ZERO, 4.0);
     pit.view.up = Some(DVec3::NEG_Z);
     Ok(pit)
 }
@@ -93,12 +92,12 @@ pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
         dvec3(radius * angle.cos(), radius * angle.sin(), z)
     };
     let mesh = quads((0..facets).map(|i| [at(i, 4.0), at(i + 1, 4.0), at(i + 1, -long), at(i, -long)]))?;
-    let (view, name) = if along {
-        ((dvec3(0.0, 0.8, 3.0), dvec3(0.0, 2.2, -8.0)), "seen along its length")
+    let ([eye, target], name) = if along {
+        ([dvec3(0.0, 0.8, 3.0), dvec3(0.0, 2.2, -8.0)], "seen along its length")
     } else {
-        ((dvec3(0.0, 0.4, -13.0), dvec3(0.0, 4.0, -13.0)), "seen from below")
+        ([dvec3(0.0, 0.4, -13.0), dvec3(0.0, 4.0, -13.0)], "seen from below")
     };
-    let mut vault = subject("vault", &format!("vault of {facets} facets, {name}"), mesh, view, 1.5);
+    let mut vault = subject("vault", &format!("vault of {facets} facets, {name}"), mesh, eye, target, 1.5);
     vault.view.up = Some(if along { DVec3::Y } else { DVec3::Z });
     vault.view.lens = Some(Lens::FovY(if along { 40f64 } else { 80f64 }.to_radians()));
     Ok(vault)
@@ -111,7 +110,7 @@ pub(super) fn valley() -> Result<Subject, Error> {
         [dvec3(0.0, 0.0, -long), dvec3(0.0, 0.0, long), dvec3(sign * wide, wide, long), dvec3(sign * wide, wide, -long)]
     };
     let mut valley =
-        subject("valley", "valley", quads([side(-1.0), side(1.0)])?, (dvec3(0.0, 60.0, 0.0), DVec3::ZERO), 4.0);
+        subject("valley", "valley", quads([side(-1.0), side(1.0)])?, dvec3(0.0, 60.0, 0.0), DVec3::ZERO, 4.0);
     valley.view.up = Some(DVec3::NEG_Z);
     Ok(valley)
 }
@@ -139,5 +138,5 @@ pub(super) fn ball(facets: u32) -> Result<Subject, Error> {
         }
     }
     let mesh = Mesh::new(positions, triangles)?;
-    Ok(subject("ball", &format!("ball of {facets} facets"), mesh, (dvec3(0.6, 0.9, 3.2), DVec3::ZERO), 0.5))
+    Ok(subject("ball", &format!("ball of {facets} facets"), mesh, dvec3(0.6, 0.9, 3.2), DVec3::ZERO, 0.5))
 }

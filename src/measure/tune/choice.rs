@@ -1,6 +1,6 @@
-//! What is asked of a search, and which of the settings timed answers it.
+//! The goal of a search, and which of the timed settings answers it.
 
-/// What is asked for.
+/// The goal of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// The least time with an RMSE of at most this.
@@ -10,45 +10,54 @@ pub enum Goal {
 }
 
 impl Goal {
-    /// What is limited, as a share of its limit, and what is to be the least.
-    pub(super) fn of(self, ms: f64, rmse: f64) -> (f64, f64) {
+    /// The limited quantity as a share of its limit.
+    pub(super) fn share(self, ms: f64, rmse: f64) -> f64 {
         match self {
-            Goal::MaxError(limit) => (rmse / limit, ms),
-            Goal::MaxMs(limit) => (ms / limit, rmse),
+            Goal::MaxError(limit) => rmse / limit,
+            Goal::MaxMs(limit) => ms / limit,
+        }
+    }
+
+    /// The quantity to be minimised.
+    pub(super) fn sought(self, ms: f64, rmse: f64) -> f64 {
+        match self {
+            Goal::MaxError(_) => ms,
+            Goal::MaxMs(_) => rmse,
         }
     }
 }
 
-/// Settings measured: their RMSE, and the quartiles of their time that the choice is made by.
+/// What was measured of settings: their RMSE, and the quartiles of their time that the choice is made by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Against the truth.
+    /// The RMSE against the truth.
     pub rmse: f64,
     /// The median of the runs, in milliseconds.
     pub ms: f64,
-    /// What a quarter of the runs exceed: times up to it are within the noise of the median.
+    /// The upper quartile of the runs, in milliseconds: times up to it are within the noise of the median.
     pub upper_ms: f64,
 }
 
 impl Measured {
-    /// RMSE as tables show it: what reads the same counts as the same.
+    /// The RMSE as tables show it. Errors that look the same in a table count as equal.
     fn shown(&self) -> i64 {
         (self.rmse * 1e4).round() as i64
     }
 
-    /// The more accurate first; of equals the faster.
+    /// Orders the more accurate first, and the faster first among those that are equally accurate.
     fn by_error(&self, other: &Measured) -> std::cmp::Ordering {
         self.shown().cmp(&other.shown()).then(self.ms.total_cmp(&other.ms))
     }
 }
 
-/// Which of the measured is the answer, if any is.
+/// The index of the answer, if there is one.
 ///
-/// For an error, time is noisy and RMSE is not: of those that reach it within the noise of the fastest, that is with a
-/// median that a quarter of the fastest one's runs exceed, the most accurate. For a time, the most accurate whose
-/// median is within it. Errors that differ by less than is shown, 0.0001, count as equal, and the faster is taken.
+/// Where the error is limited, time is noisy and RMSE is not. Of those that reach the error, the answer is the most accurate
+/// whose median is within the noise of the fastest, which means at most the upper quartile of the fastest one's runs. Where
+/// the time is limited, the answer is the most accurate whose median is within the limit. Errors that differ by less than
+/// 0.0001, which tables do not show, count as equal; then the faster is the answer.
 pub fn choose(goal: Goal, measured: &[Measured]) -> Option<usize> {
-    let meets = |one: &Measured| goal.of(one.ms, one.rmse).0 <= 1.0;
+    let meets = |one: &Measured| goal.share(one.ms, one.rmse) <= 1.0;
     let within = match goal {
         Goal::MaxError(_) => {
             let meeting = measured.iter().filter(|one| meets(one));
@@ -64,7 +73,7 @@ pub fn choose(goal: Goal, measured: &[Measured]) -> Option<usize> {
 mod tests {
     use super::*;
 
-    /// (RMSE, median): without noise.
+    /// Measurements without noise, from pairs of RMSE and median.
     fn exact(points: &[(f64, f64)]) -> Vec<Measured> {
         points.iter().map(|&(rmse, ms)| Measured { rmse, ms, upper_ms: ms }).collect()
     }
@@ -100,7 +109,7 @@ mod tests {
         assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(0));
         rows[0].upper_ms = 10.5;
         assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(1));
-        // Only among those that reach the error.
+        // This holds only among those that reach the error.
         assert_eq!(choose(Goal::MaxError(0.15), &rows), Some(1));
         rows[1].rmse = 0.4;
         assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(0));

@@ -78,7 +78,8 @@ impl Contest<'_> {
         }
         let ms = |i: usize| all[i].rough_ms.unwrap_or(f64::INFINITY);
         let rmse = |i: usize| all[i].rmse().unwrap_or(f64::INFINITY);
-        let first = |a: &usize, b: &usize| goal.of(ms(*a), rmse(*a)).1.total_cmp(&goal.of(ms(*b), rmse(*b)).1);
+        let sought = |i: usize| goal.sought(ms(i), rmse(i));
+        let first = |a: &usize, b: &usize| sought(*a).total_cmp(&sought(*b));
         hopeful.sort_by(first);
         if let (Goal::MaxError(_), Some(&fastest)) = (goal, hopeful.first()) {
             let most = NOISE * ms(fastest);

@@ -132,7 +132,7 @@ impl<'a> Tuner<'a> {
         };
         if self.tried.iter().any(as_good) {
             tried.verdict = Verdict::NoGain;
-        } else if matches!(goal, Goal::MaxMs(_)) || goal.of(0.0, errors.rmse).0 <= NEAR {
+        } else if matches!(goal, Goal::MaxMs(_)) || goal.share(0.0, errors.rmse) <= NEAR {
             tried.rough_ms = Some(self.stage.rough_ms(&mut ready)?);
         }
         Ok(())
@@ -163,7 +163,7 @@ impl<'a> Tuner<'a> {
         let mut open: Vec<(usize, f64)> = all.filter_map(|i| Some((i, self.tried[i].share(goal)?))).collect();
         let sought = |i: usize| {
             let tried = &self.tried[i];
-            tried.ms().zip(tried.rmse()).map_or(f64::INFINITY, |(ms, rmse)| goal.of(ms, rmse).1)
+            tried.ms().zip(tried.rmse()).map_or(f64::INFINITY, |(ms, rmse)| goal.sought(ms, rmse))
         };
         open.sort_by(|a, b| sought(a.0).total_cmp(&sought(b.0)));
         let mut meeting: Vec<usize> = open.iter().filter(|(_, share)| *share <= 1.0).map(|(i, _)| *i).collect();

@@ -97,7 +97,7 @@ impl Tried {
     /// The limited quantity as a share of its limit; none for settings that cannot win.
     pub(super) fn share(&self, goal: Goal) -> Option<f64> {
         let ms = if matches!(goal, Goal::MaxError(_)) { 0.0 } else { self.ms()? };
-        Some(goal.of(ms, self.rmse()?).0).filter(|_| self.verdict == Verdict::Open)
+        Some(goal.share(ms, self.rmse()?)).filter(|_| self.verdict == Verdict::Open)
     }
 }
 
@@ -114,11 +114,12 @@ impl Tuned {
     /// The answer, and then those of the timed settings that came nearest to it: those that would have won with the least
     /// change of the limited quantity and of the one to be minimised, both as factors.
     pub fn nearest(&self, goal: Goal, count: usize) -> Vec<usize> {
-        let of = |i: usize| Some(goal.of(self.tried[i].ms()?, self.tried[i].rmse()?));
-        let Some((best, (_, sought))) = self.best.and_then(|i| Some((i, of(i)?))) else { return Vec::new() };
-        let excess = |(share, value): (f64, f64)| share.max(1.0) * (value / sought.max(1e-9)).max(1.0);
+        let measured = |i: usize| Some((self.tried[i].ms()?, self.tried[i].rmse()?));
+        let Some((best, (ms, rmse))) = self.best.and_then(|i| Some((i, measured(i)?))) else { return Vec::new() };
+        let least = goal.sought(ms, rmse).max(1e-9);
+        let excess = |(ms, rmse)| goal.share(ms, rmse).max(1.0) * (goal.sought(ms, rmse) / least).max(1.0);
         let others = (0..self.tried.len()).filter(|&i| i != best);
-        let mut others: Vec<(usize, f64)> = others.filter_map(|i| Some((i, excess(of(i)?)))).collect();
+        let mut others: Vec<(usize, f64)> = others.filter_map(|i| Some((i, excess(measured(i)?)))).collect();
         others.sort_by(|a, b| a.1.total_cmp(&b.1));
         [best].into_iter().chain(others.into_iter().map(|(i, _)| i)).take(count).collect()
     }
@@ -127,7 +128,7 @@ impl Tuned {
 /// Gives all settings that were rendered their final verdict.
 pub(super) fn decide(all: &mut [Tried], goal: Goal, best: Option<usize>) {
     let open = all.iter().filter(|tried| tried.verdict == Verdict::Open);
-    let meeting = open.filter_map(Tried::measured).filter(|one| goal.of(one.ms, one.rmse).0 <= 1.0);
+    let meeting = open.filter_map(Tried::measured).filter(|one| goal.share(one.ms, one.rmse) <= 1.0);
     let fastest = meeting.min_by(|a, b| a.ms.total_cmp(&b.ms)).map_or(0.0, |one| one.upper_ms);
     let least = best.and_then(|i| all[i].rmse()).unwrap_or(0.0);
     for (i, tried) in all.iter_mut().enumerate() {

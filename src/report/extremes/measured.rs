@@ -99,7 +99,7 @@ fn floors(gl: &Arc<glow::Context>) -> Result<(Vec<Floor>, Vec<Picture>), Error> 
                 let loud = raw.map(|a| (1.0 - LOUDER * (1.0 - a)).max(0.0));
                 let size = (loud.width, loud.height);
                 let file = format!("extremes-{file}");
-                pictures.push(detail(&grey(&loud), (0, 0), size, 2, (&file, name))?);
+                pictures.push(detail(&grey(&loud), (0, 0), size, 2, &file, name)?);
             }
             Ok(())
         };

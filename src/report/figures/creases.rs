@@ -1,7 +1,7 @@
 //! The figures of ShaderX7 6.2 on creases and the angle bias.
 
 use super::picture::picture;
-use crate::picture::Show;
+use crate::picture::AO;
 use crate::report::drawing::{self, Axes};
 use crate::report::figure::{Drawing, Figure};
 use crate::report::lab::Lab;
@@ -19,8 +19,8 @@ pub(super) fn low_tessellation(lab: &Lab) -> Result<Figure, Error> {
         title: "Creases of low tessellation".into(),
         text: format!("The inside of a round vault of {FACETS} flat strips, which meet at {} degrees.", 180 / FACETS),
         pictures: vec![
-            picture(lab, &vault, lab.small(), &settings(0.0), Show::Ao, ("6.2.13-a", "bias 0"))?,
-            picture(lab, &vault, lab.small(), &settings(BIAS_DEGREES), Show::Ao, ("6.2.13-b", &biased))?,
+            picture(lab, &vault, lab.small(), &settings(0.0), &AO, "6.2.13-a", "bias 0")?,
+            picture(lab, &vault, lab.small(), &settings(BIAS_DEGREES), &AO, "6.2.13-b", &biased)?,
         ],
         ..Figure::default()
     })

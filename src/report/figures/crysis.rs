@@ -1,7 +1,7 @@
 //! The figures of ShaderX7 6.1.
 
 use super::picture::picture;
-use crate::picture::Show;
+use crate::picture::AO;
 use crate::report::figure::Figure;
 use crate::report::lab::Lab;
 use crate::report::scenes;
@@ -19,7 +19,7 @@ pub(super) fn game_scene(lab: &Lab) -> Result<Figure, Error> {
         id: "6.1.1".into(),
         title: "Crysis' ambient occlusion of a game scene".into(),
         text: "The paper shows a scene of the game, which nobody else has; this is another.".into(),
-        pictures: vec![picture(lab, subject, lab.size, &settings, Show::Ao, ("6.1.1", &caption))?],
+        pictures: vec![picture(lab, subject, lab.size, &settings, &AO, "6.1.1", &caption)?],
         ..Figure::default()
     })
 }
@@ -40,7 +40,7 @@ pub(super) fn scenarios(lab: &Lab) -> Result<Figure, Error> {
         let settings = Settings { ssao_curve: Toggle::Off, ..subject.settings(Method::Ssao) };
         let caption = format!("{}: open share, without the curve A^2 + A", subject.name);
         let file = format!("6.1.4-{}", subject.key);
-        pictures.push(picture(lab, subject, lab.small(), &settings, Show::Ao, (&file, &caption))?);
+        pictures.push(picture(lab, subject, lab.small(), &settings, &AO, &file, &caption)?);
         rows.push(vec![subject.name.clone(), format!("{solid:.2}"), format!("{:.3}", 1.0 - open_share(lab, subject)?)]);
     }
     Ok(Figure {
@@ -67,8 +67,8 @@ pub(super) fn edges(lab: &Lab) -> Result<Figure, Error> {
                work, half of the samples are no longer behind the surface, and flat faces are open."
                 .into(),
         pictures: vec![
-            picture(lab, subject, lab.size, &brighter, Show::Ao, ("6.1.5", "ssao as in Crysis"))?,
-            picture(lab, subject, lab.size, &by_normals, Show::Ao, ("6.1.5-normals", "ssao with normals"))?,
+            picture(lab, subject, lab.size, &brighter, &AO, "6.1.5", "ssao as in Crysis")?,
+            picture(lab, subject, lab.size, &by_normals, &AO, "6.1.5-normals", "ssao with normals")?,
         ],
         ..Figure::default()
     })
@@ -87,8 +87,9 @@ pub(super) fn without_rotation(lab: &Lab) -> Result<Figure, Error> {
             subject,
             lab.size,
             &settings,
-            Show::Ao,
-            ("6.1.6", &format!("{}, 16 samples, no rotation, no blur", subject.name)),
+            &AO,
+            "6.1.6",
+            &format!("{}, 16 samples, no rotation, no blur", subject.name),
         )?],
         ..Figure::default()
     })
@@ -103,8 +104,8 @@ pub(super) fn blur(lab: &Lab) -> Result<Figure, Error> {
         title: "The 4x4 blur off and on".into(),
         text: "Rotations repeat every 4x4 pixels, so that a mean over 4x4 pixels of like depth meets each once.".into(),
         pictures: vec![
-            picture(lab, subject, lab.size, &off, Show::Ao, ("6.1.7-off", "blur off"))?,
-            picture(lab, subject, lab.size, &on, Show::Ao, ("6.1.7-on", "blur on"))?,
+            picture(lab, subject, lab.size, &off, &AO, "6.1.7-off", "blur off")?,
+            picture(lab, subject, lab.size, &on, &AO, "6.1.7-on", "blur on")?,
         ],
         ..Figure::default()
     })

@@ -25,7 +25,7 @@ pub(super) fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
     let difference = Image { width: with_final.width, height: with_final.height, texels: difference };
     let at = largest(&difference, side);
     let window = (side, side);
-    let shown = |image: &Image<[u8; 3]>, file: &str, caption: &str| detail(image, at, window, 4, (file, caption));
+    let shown = |image: &Image<[u8; 3]>, file: &str, caption: &str| detail(image, at, window, 4, file, caption);
     let mut pictures = vec![
         shown(&with.colour()?, "6.2.15-a", "colour, no ambient occlusion")?,
         shown(
@@ -38,10 +38,10 @@ pub(super) fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
     for (image, file, caption) in
         [(&without, "6.2.15-b-ao", "visibility, plain blur"), (&with, "6.2.15-c-ao", "visibility, supersampling blur")]
     {
-        pictures.push(detail(&grey(&image.ao()?), at, window, 4, (file, caption))?);
+        pictures.push(detail(&grey(&image.ao()?), at, window, 4, file, caption)?);
     }
     let marked = edges.map(|edge| if edge { 255u8 } else { 0 });
-    pictures.push(detail(&marked, at, window, 4, ("6.2.15-edges", "which pixels are edges"))?);
+    pictures.push(detail(&marked, at, window, 4, "6.2.15-edges", "which pixels are edges")?);
     Ok(Figure {
         id: "6.2.15".into(),
         title: "Bleeding at edges, and the supersampling blur".into(),

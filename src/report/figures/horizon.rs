@@ -1,7 +1,7 @@
 //! The figures of ShaderX7 6.2 on the method itself: attenuation, hidden samples and snapped directions.
 
 use super::picture::picture;
-use crate::picture::Show;
+use crate::picture::{AO, COLOR, FINAL};
 use crate::report::drawing;
 use crate::report::figure::{Drawing, Figure};
 use crate::report::lab::Lab;
@@ -19,9 +19,9 @@ pub(super) fn first_picture(lab: &Lab) -> Result<Figure, Error> {
         title: "Horizon-based ambient occlusion".into(),
         text: "The chapter's method: 16 directions of 16 steps, blur 9x9.".into(),
         pictures: vec![
-            picture(lab, subject, lab.size, &settings, Show::Final, ("6.2.1", &format!("{name}, times its colours")))?,
-            picture(lab, subject, lab.size, &settings, Show::Ao, ("6.2.1-ao", &format!("{name}, visibility")))?,
-            picture(lab, subject, lab.size, &settings, Show::Color, ("6.2.1-color", &format!("{name}, without it")))?,
+            picture(lab, subject, lab.size, &settings, &FINAL, "6.2.1", &format!("{name}, times its colours"))?,
+            picture(lab, subject, lab.size, &settings, &AO, "6.2.1-ao", &format!("{name}, visibility"))?,
+            picture(lab, subject, lab.size, &settings, &COLOR, "6.2.1-color", &format!("{name}, without it"))?,
         ],
         ..Figure::default()
     })
@@ -36,8 +36,8 @@ pub(super) fn attenuation(lab: &Lab) -> Result<Figure, Error> {
         title: "With and without attenuation".into(),
         text: "Without W occlusion ends abruptly where occluders come to lie further than R.".into(),
         pictures: vec![
-            picture(lab, subject, lab.size, &without, Show::Ao, ("6.2.3-without", "without: W = 1"))?,
-            picture(lab, subject, lab.size, &with, Show::Ao, ("6.2.3-with", "with: W = 1 - (r/R)^2"))?,
+            picture(lab, subject, lab.size, &without, &AO, "6.2.3-without", "without: W = 1")?,
+            picture(lab, subject, lab.size, &with, &AO, "6.2.3-with", "with: W = 1 - (r/R)^2")?,
         ],
         ..Figure::default()
     })
@@ -53,7 +53,7 @@ pub(super) fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
     let pictures = methods
         .map(|(method, caption)| {
             let settings = Settings { ssao_normals: Toggle::On, ..pit.settings(method) };
-            picture(lab, &pit, size, &settings, Show::Ao, (&format!("6.2.4-{}", method.name()), caption))
+            picture(lab, &pit, size, &settings, &AO, &format!("6.2.4-{}", method.name()), caption)
         })
         .into_iter()
         .collect::<Result<_, _>>()?;

@@ -1,12 +1,12 @@
 //! How the figures' pictures are made.
 
-use crate::picture::{FileFormat, Show, encode};
+use crate::picture::{self, FileFormat, Rendered};
 use crate::report::figure::Picture;
 use crate::report::lab::Lab;
 use crate::report::subject::Subject;
 use hbao::image::{Image, Texel, metadata, png};
 use hbao::settings::{KNOBS, Kind, Method};
-use hbao::{Apply, Error, Request, Settings};
+use hbao::{Apply, Error, Settings};
 
 /// Renders one picture of an image.
 pub(super) fn picture(
@@ -14,27 +14,22 @@ pub(super) fn picture(
     subject: &Subject,
     size: (u32, u32),
     settings: &Settings,
-    show: Show,
-    (file, caption): (&str, &str),
+    show: &Rendered,
+    file: &str,
+    caption: &str,
 ) -> Result<Picture, Error> {
-    let request = Request {
-        composite: (show == Show::Final).then_some(Apply::All),
-        raw: show == Show::AoRaw,
-        edges: show == Show::Edges,
-        ..Request::default()
-    };
-    let (pipeline, _) = lab.render(subject, size, settings, request)?;
+    let (pipeline, _) = lab.render(subject, size, settings, picture::request([show], Apply::All))?;
     let file = format!("{file}.png");
-    let text = settings.to_toml().to_string();
-    let show_name = Show::NAMES.iter().find(|&&(_, named)| named == show).map_or("", |&(name, _)| name);
+    let text = settings.to_toml();
+    let name = show.name.unwrap_or_default();
     Ok(Picture {
         caption: caption.into(),
-        png: encode(&pipeline, show, FileFormat::Png, &metadata(&text))?,
+        png: show.encode(&pipeline, settings, FileFormat::Png, &metadata(&text))?,
         size: (size.0 as usize, size.1 as usize),
         enlarged: 1,
         command: subject.arguments.as_ref().map(|arguments| {
             let size = format!("--size {}x{}", size.0, size.1);
-            format!("hbao render {arguments} {size} --show {show_name}{} -o {file}", flags(subject, settings))
+            format!("hbao render {arguments} {size} --show {name}{} -o {file}", flags(subject, settings))
         }),
         file,
     })
@@ -65,7 +60,8 @@ pub(in crate::report) fn detail<T: Texel<Component = u8>>(
     (left, bottom): (usize, usize),
     (width, height): (usize, usize),
     enlarged: usize,
-    (file, caption): (&str, &str),
+    file: &str,
+    caption: &str,
 ) -> Result<Picture, Error> {
     let (width, height) = (width.min(image.width), height.min(image.height));
     let (left, bottom) = (left.min(image.width - width), bottom.min(image.height - height));

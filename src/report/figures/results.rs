@@ -1,7 +1,7 @@
 //! The figures that show results: sample counts, shading, and the methods beside each other.
 
 use super::picture::picture;
-use crate::picture::Show;
+use crate::picture::{AO, COLOR, FINAL};
 use crate::report::figure::Figure;
 use crate::report::lab::Lab;
 use crate::report::subject::Subject;
@@ -21,7 +21,7 @@ pub(super) fn sample_counts(lab: &Lab) -> Result<Figure, Error> {
             let settings = Settings { directions: count, steps: count, blur, ..subject.settings(Method::Hbao) };
             let caption = format!("{}, {count}/{count}, blur {blur}x{blur}", subject.name);
             let file = format!("6.2.16-{}-{count}", subject.key);
-            pictures.push(picture(lab, subject, lab.size, &settings, Show::Ao, (&file, &caption))?);
+            pictures.push(picture(lab, subject, lab.size, &settings, &AO, &file, &caption)?);
         }
     }
     Ok(Figure {
@@ -43,9 +43,9 @@ pub(super) fn dragon(lab: &Lab) -> Result<Figure, Error> {
         title: "Diffuse shading, ambient occlusion, and both".into(),
         text: format!("{}.", subject.name),
         pictures: vec![
-            picture(lab, subject, lab.size, &settings, Show::Color, ("6.2.17-diffuse", "diffuse shading"))?,
-            picture(lab, subject, lab.size, &settings, Show::Ao, ("6.2.17-ao", "visibility"))?,
-            picture(lab, subject, lab.size, &settings, Show::Final, ("6.2.17-final", "both"))?,
+            picture(lab, subject, lab.size, &settings, &COLOR, "6.2.17-diffuse", "diffuse shading")?,
+            picture(lab, subject, lab.size, &settings, &AO, "6.2.17-ao", "visibility")?,
+            picture(lab, subject, lab.size, &settings, &FINAL, "6.2.17-final", "both")?,
         ],
         ..Figure::default()
     })
@@ -62,8 +62,8 @@ pub(super) fn talk(lab: &Lab) -> Result<Figure, Error> {
         text: "8 directions of 8 steps; ray marching with 4 rays a direction. Their speeds stand under the tables."
             .into(),
         pictures: vec![
-            picture(lab, subject, lab.size, &horizons, Show::Ao, ("talk-1-hbao", "horizons (hbao-talk)"))?,
-            picture(lab, subject, lab.size, &rays, Show::Ao, ("talk-1-ray-march", "ray marching, 4 rays a direction"))?,
+            picture(lab, subject, lab.size, &horizons, &AO, "talk-1-hbao", "horizons (hbao-talk)")?,
+            picture(lab, subject, lab.size, &rays, &AO, "talk-1-ray-march", "ray marching, 4 rays a direction")?,
         ],
         ..Figure::default()
     })
@@ -76,7 +76,7 @@ pub(super) fn methods(lab: &Lab) -> Result<Figure, Error> {
     {
         let name = method.name();
         let settings = subject.settings(method);
-        pictures.push(picture(lab, subject, lab.small(), &settings, Show::Ao, (&format!("method-{name}"), name))?);
+        pictures.push(picture(lab, subject, lab.small(), &settings, &AO, &format!("method-{name}"), name)?);
     }
     Ok(Figure {
         id: "methods".into(),

@@ -44,7 +44,7 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
 pub(crate) fn all_fields(rows: &[TradeRow]) -> Table {
     let rows: Vec<_> = rows.iter().map(trade_fields).collect();
     let names = rows.first().into_iter().flatten().map(|(name, _)| *name).collect::<Vec<_>>();
-    // A JSON string has quotes about it, which a CSV file needs around no word of ours.
+    // In JSON a string stands in quotes, which a CSV file does without.
     let cell = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), String::from);
     Table::headed(names).filled(rows.iter().map(|row| row.iter().map(|(_, value)| cell(value)).collect()))
 }
