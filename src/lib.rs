@@ -20,10 +20,11 @@
 //! Eye space is left-handed: x right, y up, z forward, so that a visible point has z > 0. Images in memory and textures
 //! have their bottom row first, and files have their top row first. Ambient occlusion is visibility: 1 is open and 0 is
 //! closed. Angles are radians here, and degrees on the command line and in files.
-#![doc = include_str!("embedding.md")]
+#![cfg_attr(feature = "render", doc = include_str!("embedding.md"))]
 #![doc = include_str!("passes.md")]
-// The rooms that the pipeline shares with the AO pass hold a few functions that only the pipeline calls.
-#![cfg_attr(not(feature = "render"), allow(dead_code))]
+// Without `render`, a few functions that only the pipeline calls are unused, and the documentation's links to what
+// `render` adds lead nowhere.
+#![cfg_attr(not(feature = "render"), allow(dead_code, rustdoc::broken_intra_doc_links))]
 
 mod ambient_occlusion;
 #[cfg(feature = "render")]
@@ -59,7 +60,7 @@ pub use projection::Projection;
 pub use settings::Settings;
 pub use tile::rotation_tile;
 
-// The crates whose types stand in this one's interface, in the versions that fit.
+// These crates are re-exported because their types appear in the interface of this one. The versions match.
 #[cfg(feature = "render")]
 pub use glam;
 pub use glow;

@@ -1,4 +1,4 @@
-//! The projection of a view: how eye space becomes the picture.
+//! The projection of a view from eye space to the picture.
 
 /// How eye space is projected to the picture. The view's axis goes through the middle of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,8 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Half the picture's width and height: of a perspective view at z = 1, of an orthographic one in scene units.
+    /// Half the picture's width and height. In perspective they are measured at z = 1; an orthographic view has them at
+    /// every depth, in scene units.
     #[must_use]
     pub fn half_extents(&self) -> [f64; 2] {
         match *self {
@@ -36,7 +37,7 @@ impl Projection {
         self.half_extents().map(|half| half * scale)
     }
 
-    /// Whether rays start at the eye, rather than run in parallel.
+    /// Whether the projection is perspective: rays start at the eye and do not run in parallel.
     #[must_use]
     pub fn is_perspective(&self) -> bool {
         matches!(self, Projection::Perspective { .. })

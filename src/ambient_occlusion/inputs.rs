@@ -1,4 +1,4 @@
-//! What an application hands over: textures of depth and normals, and the view that they show.
+//! The inputs that an application provides: textures of depth and normals, and the projection of the view in them.
 
 use super::programs::{InputKind, Purpose};
 use crate::Error;
@@ -9,32 +9,35 @@ use crate::projection::Projection;
 use crate::settings::Method;
 use glow::HasContext;
 
-/// What ambient occlusion is computed from: a view's depth and normals, of the size that [`AmbientOcclusion`] was made
-/// for, the bottom row first.
+/// The inputs of ambient occlusion: the depth and normals of one view, and its projection. The textures must have the
+/// size that [`AmbientOcclusion`](super::AmbientOcclusion) was made for, with the bottom row first.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
-    /// Linear eye-space z in scene units, above 0 and growing away from the eye; one float channel.
+    /// Linear eye-space z in scene units, above 0 and increasing away from the eye, in the red channel of a float
+    /// format.
     pub depth: TextureRef,
-    /// Depths from here on are background, whose ambient occlusion is 1. Finite: [`BACKGROUND_R32F`], or
-    /// [`crate::BACKGROUND_R16F`] in a 16-bit image.
+    /// The depth of background. This depth and all greater ones are background, where ambient occlusion is 1. It must
+    /// be finite: [`BACKGROUND_R32F`], or [`crate::BACKGROUND_R16F`] in a 16-bit image.
     pub background: f32,
-    /// Normals in left-handed eye space (x right, y up, z forward) that face the eye, of any length.
+    /// Normals in left-handed eye space (x right, y up, z forward). They face the eye, and may have any length.
     pub normals: TextureRef,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
-    /// With multisample antialiasing, the linear depth of every sample; `depth` and `normals` are then those of one
-    /// sample of each pixel. The blur at pixels that hold several surfaces reads it, where the settings' `edges` say
-    /// so. [`Inputs::new`] has none.
+    /// With multisample antialiasing, the linear depth of every sample; `depth` and `normals` then hold those of one
+    /// sample of each pixel. The blur reads the samples at pixels that hold several surfaces, if the setting `edges` is
+    /// [`Edges::Supersample`](crate::settings::Edges::Supersample). [`Inputs::new`] leaves it `None`.
     pub samples: Option<DepthSamples>,
-    /// The view's projection, centred.
+    /// The projection of the view, whose axis goes through the middle of the images.
     pub projection: Projection,
-    /// The near plane's z, above 0, at which the rays of `ray-march` end. No other method reads it, and
+    /// The near plane's z in scene units, above 0. The rays of `ray-march` end there; no other method reads it.
     /// [`Inputs::new`] leaves it 0.
     pub near: f64,
 }
 
 impl Inputs {
-    /// Linear depth in R32F and signed normals, both of one kind of texture.
+    /// Inputs with linear depth in R32F and signed normals. Both are textures of the kind `target`. The depth
+    /// [`BACKGROUND_R32F`] and all greater ones are background.
+    #[must_use]
     pub fn new(depth: glow::Texture, normals: glow::Texture, target: TextureTarget, projection: Projection) -> Inputs {
         Inputs {
             depth: TextureRef { texture: depth, target },
@@ -47,7 +50,11 @@ impl Inputs {
         }
     }
 
-    /// Refuses what would be computed with and mean nothing.
+    /// Refuses inputs with which a result could be computed, but a meaningless one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a projection without extent, for a near plane that `ray-march` cannot use, and for a
+    /// texture of another size or number of samples. [`Error::Gl`] for a texture of another kind.
     pub(super) fn check(&self, gl: &glow::Context, size: (u32, u32), method: Method) -> Result<(), Error> {
         let [x, y] = self.projection.half_extents();
         if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
@@ -64,13 +71,13 @@ impl Inputs {
         let plain = [("depth", self.depth), ("normals", self.normals)];
         let plain = plain.map(|(name, image)| (name, image.texture, image.target.gl(), 0));
         for (name, texture, kind, samples) in plain.into_iter().chain(samples) {
-            // SAFETY: the context is current; a texture of another kind is a GL error, and nothing more.
+            // SAFETY: the context is current; to bind a texture of another kind is a GL error without further effect.
             let found = unsafe {
                 gl.bind_texture(kind, Some(texture));
-                gl::check(gl, &format!("the {name} texture is not of the kind said"))?;
+                gl::check(gl, &format!("the {name} texture is not of the declared kind"))?;
                 let parameter = |parameter| gl.get_tex_level_parameter_i32(kind, 0, parameter);
                 let size = [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(parameter);
-                // What is compiled in must be what there is.
+                // The number of samples is compiled into the shaders, so it must be that of the texture.
                 let samples = if kind == multisample { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
                 (size.map(i64::from), i64::from(samples))
             };
@@ -78,12 +85,12 @@ impl Inputs {
             if found.0 != [i64::from(size.0), i64::from(size.1)] {
                 let ([width, height], (w, h)) = (found.0, size);
                 return Err(Error::Usage(format!(
-                    "the {name} texture has {width}x{height} texels, and ambient occlusion is set up for {w}x{h}"
+                    "the {name} texture has {width}x{height} texels, but ambient occlusion is set up for {w}x{h}"
                 )));
             }
             if found.1 != i64::from(samples) {
                 return Err(Error::Usage(format!(
-                    "the {name} texture has {} samples a pixel, not the {samples} said",
+                    "the {name} texture has {} samples per pixel, but {samples} were declared",
                     found.1
                 )));
             }
@@ -91,7 +98,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// What the programs for these inputs are compiled for.
+    /// The properties of these inputs that programs are compiled for. `edges` says whether edges are detected.
     pub(super) fn kind(&self, purpose: Purpose, edges: bool) -> InputKind {
         InputKind {
             method: MethodVariant {

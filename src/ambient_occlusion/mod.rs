@@ -1,4 +1,4 @@
-//! The library's face: ambient occlusion of depth and normals that somebody else owns.
+//! Ambient occlusion of depth and normals that an application owns: the part of the library that applications embed.
 
 mod inputs;
 mod plan;
@@ -20,34 +20,40 @@ use programs::{InputKind, Programs};
 use std::sync::Arc;
 use targets::{AoTarget, COVERED, EDGE, mark, only_where, read};
 
-/// Where errors come from that the application made and did not ask for: they would read as ours.
+/// The place that is given for OpenGL errors that were recorded before a call. Without it, an error of the application
+/// would seem to come from this library.
 const PENDING: &str = "an error left by the application before ambient occlusion";
 
-/// What is asked of a run beside ambient occlusion itself.
+/// Which results a run keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Extras {
-    /// Ambient occlusion as it was before the blur.
+    /// Keep ambient occlusion as it was before the blur.
     pub(crate) raw: bool,
-    /// Which pixels are edges.
+    /// Keep which pixels are edges.
     pub(crate) edges: bool,
 }
 
-/// What an [`Extras`] asked for.
+/// The results that an [`Extras`] asked for.
 #[derive(Default)]
 pub(crate) struct Kept {
     pub(crate) raw: Option<Image<f32>>,
     pub(crate) edges: Option<Image<bool>>,
 }
 
-/// Computes ambient occlusion in a context that the caller owns and has current at every call, the drop included.
+/// Computes ambient occlusion in an OpenGL context that the caller owns. The context must be current at every call, and
+/// when this value is dropped.
 ///
-/// All OpenGL state that it touches is put back, after an error too: what is tested, masked and blended, the stencil,
-/// the viewport, the program, vertex array, framebuffers and renderbuffer bound, texture units 0 to 3, and how pixels
-/// are unpacked. It needs OpenGL 3.3 core and no extension; state that later versions add is not looked at.
+/// All OpenGL state that a call changes is restored, after an error too: the enabled capabilities; the masks, blending,
+/// stencil and polygon mode; the viewport; the bound program, vertex array, framebuffers and renderbuffer; texture
+/// units 0 to 3; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
+/// that exists only in later versions is neither saved nor changed.
 ///
-/// Some of what may be under way OpenGL 3.3 can neither pause nor report. Transform feedback is refused. Conditional
-/// rendering would discard passes: end it first. Queries of samples, primitives and time count the passes too. And a
-/// program that was deleted while in use is gone, as with any change of program.
+/// Some of what an application may have active can neither be paused nor be detected in OpenGL 3.3:
+///
+/// - If transform feedback is active, a call fails. End it first.
+/// - Conditional rendering would discard passes. End it first.
+/// - Active queries of samples, primitives or elapsed time also count the passes.
+/// - A program that was deleted while it was in use is gone afterwards, as after any change of the program.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,
@@ -56,28 +62,32 @@ pub struct AmbientOcclusion {
     size: (u32, u32),
     purpose: Purpose,
     full_screen: FullScreen,
-    /// Each with its stencil, which those of one size share: [`COVERED`] where there is a surface, [`EDGE`] on edges.
+    /// The images that the passes draw into. Each has a stencil with the bits [`COVERED`], where there is a surface,
+    /// and [`EDGE`], at edge pixels. Targets of the same size share one stencil.
     targets: Vec<AoTarget>,
-    /// Which target holds the result.
+    /// The index of the target that holds the result.
     last: usize,
     programs: Vec<Programs>,
 }
 
 impl AmbientOcclusion {
-    /// Allocates what an image of `size` (width, height) needs. Shaders are compiled for the settings at the first
-    /// [`AmbientOcclusion::render`] of each kind of inputs.
+    /// Allocates the textures and framebuffers for images of `size` (width, height) pixels. Shaders are compiled later,
+    /// at the first [`AmbientOcclusion::render`] of each kind of inputs.
     ///
     /// # Errors
-    /// A setting out of range or a radius in percent, a size that the driver cannot render, or what the driver refused.
+    /// [`Error::Usage`] for a setting out of range, a radius in percent, or a size that the driver cannot render.
+    /// [`Error::Gl`] if the driver refuses an allocation, if transform feedback is active, or if an OpenGL error is
+    /// pending.
     pub fn new(gl: Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<AmbientOcclusion, Error> {
         AmbientOcclusion::build(gl, size, settings, Purpose::Visibility)
     }
 
-    /// The least that the same sampling can cost, for measuring: the same shader with every fetch of depth, in which
-    /// what is computed after each one is replaced by a sum. What it renders means nothing.
+    /// Makes the fetch floor of the method, for measurements: its own shader with every fetch of depth, but with the
+    /// arithmetic after each fetch replaced by a sum. Its time is the least that this sampling can cost. There is no
+    /// blur, and the values that it renders are meaningless.
     ///
     /// # Errors
-    /// As [`AmbientOcclusion::new`].
+    /// The same as for [`AmbientOcclusion::new`].
     pub fn fetch_floor(
         gl: Arc<glow::Context>,
         size: (u32, u32),
@@ -86,7 +96,7 @@ impl AmbientOcclusion {
         AmbientOcclusion::build(gl, size, settings, Purpose::Floor)
     }
 
-    /// As [`AmbientOcclusion::new`], for another purpose than its own.
+    /// [`AmbientOcclusion::new`] for any purpose.
     pub(crate) fn build(
         gl: Arc<glow::Context>,
         size: (u32, u32),
@@ -104,7 +114,8 @@ impl AmbientOcclusion {
         state.put_back_after(&gl.clone(), || {
             let mut ao = AmbientOcclusion {
                 radius: settings.radius_read()?,
-                // A = 1 without a blur needs none, nor a radius that it would follow from.
+                // A method without a blur, where A = 1, needs no depth sigma. So it needs no radius either, from which
+                // the sigma would follow.
                 depth_sigma: match (settings.method.facts().blur, purpose) {
                     (MethodBlur::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
                     _ => settings.depth_sigma()?,
@@ -123,7 +134,8 @@ impl AmbientOcclusion {
         })
     }
 
-    /// Makes the targets of a plan that are not there yet. Plans for the same settings begin alike.
+    /// Makes those targets of the plan that do not exist yet. All plans for the same settings begin with the same
+    /// targets.
     fn allocate(&mut self, plan: &Plan) -> Result<(), Error> {
         let format = match self.settings.ao_format {
             AoFormat::R8 => Format::R8,
@@ -146,27 +158,34 @@ impl AmbientOcclusion {
         Ok(())
     }
 
-    /// Ambient occlusion of the inputs: visibility in [0, 1], 1 is open, in the red channel of a rectangle texture of
-    /// the same size (`sampler2DRect`, read at `gl_FragCoord.xy`); at half resolution without a blur, which would bring
-    /// it to full size, of half the size, rounded up. It stays this object's, and valid until the next call.
+    /// Computes the ambient occlusion of the inputs: visibility in [0, 1], where 1 is open and background is 1. It is
+    /// in the red channel of the returned rectangle texture, to be read through a `sampler2DRect` at `gl_FragCoord.xy`.
+    ///
+    /// The texture has the size that this object was made for. At half resolution without a blur, which would bring it
+    /// to full size, it has half the width and height, rounded up. The texture belongs to this object, and its contents
+    /// are valid until the next call.
     ///
     /// # Errors
-    /// A texture of another kind or size than said, a projection without extent, or what the driver refused.
+    /// [`Error::Usage`] for a texture of another size or number of samples than declared, a projection without extent,
+    /// or a near plane that `ray-march` cannot use. [`Error::Gl`] for a texture of another kind than declared, if
+    /// transform feedback is active, if an OpenGL error is pending, or if the driver refuses a shader, an allocation or
+    /// a call.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)
     }
 
-    /// [`AmbientOcclusion::render`], with each pass timed. No query of elapsed time may be under way.
+    /// The same as [`AmbientOcclusion::render`], with each pass run by `timers`. If they measure, no query of elapsed
+    /// time may be active.
     ///
     /// # Errors
-    /// As there.
+    /// The same as for [`AmbientOcclusion::render`].
     pub fn render_timed(&mut self, inputs: &Inputs, timers: &mut Timers) -> Result<TextureRef, Error> {
         self.run(inputs, timers, Extras::default())?;
         Ok(self.texture().into())
     }
 
-    /// Runs the passes, and reads back what else is asked for.
+    /// Runs the passes, and reads back what `extras` asks for.
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
@@ -177,7 +196,7 @@ impl AmbientOcclusion {
     fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         inputs.check(&gl, self.size, self.settings.method)?;
-        // Edges are looked for where the blur goes by them, and where somebody wants to know.
+        // Edges are detected if the blur treats them separately, or if the caller asks for them.
         let edges = plan::supersamples(&self.settings) || extras.edges;
         let programs = self.programs_for(inputs.kind(self.purpose, edges))?;
         let (programs, full_screen, targets) = (&self.programs[programs], &self.full_screen, &self.targets);
@@ -187,7 +206,7 @@ impl AmbientOcclusion {
         let mut kept = Kept::default();
 
         timers.pass("background", || {
-            // Background is 1 from the start: the stencil keeps every pass away from it.
+            // Every target is cleared to 1, the value of background. The stencil keeps every pass away from background.
             for target in &targets[..programs.plan.scales.len()] {
                 target.framebuffer.bind();
                 // SAFETY: the context is current.
@@ -206,7 +225,7 @@ impl AmbientOcclusion {
         })?;
         if let Some(half_depth) = &programs.half_depth {
             timers.pass("half_depth", || {
-                // Background is drawn too: it has no stencil.
+                // This target has no stencil, so background is drawn too.
                 half_depth.draw(full_screen, &depth);
                 Ok(())
             })?;
@@ -234,7 +253,7 @@ impl AmbientOcclusion {
             let (from, to) = (&targets[step.from], &targets[step.to]);
             timers.pass(step.name, || {
                 to.framebuffer.bind();
-                // What the edges' own pass draws, the last one leaves to it.
+                // The last pass leaves edge pixels out if a pass of their own draws them afterwards.
                 let left_out = if programs.blur_edges.is_some() && step.to == self.last { EDGE } else { 0 };
                 only_where(&gl, COVERED, COVERED | left_out);
                 blur.draw(full_screen, &from.texture, &depth, None, self.depth_sigma);
@@ -265,17 +284,17 @@ impl AmbientOcclusion {
         Ok(kept)
     }
 
-    /// What the last run left, read back: after the blur, if there is one.
+    /// Reads back the result of the last run: ambient occlusion after the blur, if there is one.
     pub(crate) fn image(&self) -> Result<Image<f32>, Error> {
         read(&self.targets[self.last])
     }
 
-    /// The texture of [`AmbientOcclusion::image`].
+    /// The texture that [`AmbientOcclusion::image`] reads.
     pub(crate) fn texture(&self) -> &Texture {
         &self.targets[self.last].texture
     }
 
-    /// The index of the programs for a kind of inputs, compiled where they are not yet.
+    /// The index of the programs for a kind of inputs. They are compiled if they do not exist yet.
     fn programs_for(&mut self, kind: InputKind) -> Result<usize, Error> {
         if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
             return Ok(found);

@@ -1,9 +1,9 @@
-//! Which targets and blur passes the settings ask for.
+//! Decides which targets and blur passes the settings need.
 
 use crate::pass::blur::Kernel;
 use crate::settings::{BlurKernel, Edges, MethodBlur, Settings};
 
-/// One pass of the blur: its name, and the targets that it goes from and to.
+/// One pass of the blur: its name, its kernel, and the indices of the targets that it reads and draws into.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
     pub(super) name: &'static str,
@@ -12,27 +12,28 @@ pub(super) struct Step {
     pub(super) to: usize,
 }
 
+/// Whether there is a blur at all.
 fn blurs(settings: &Settings) -> bool {
     settings.blur > 0 && settings.method.facts().blur != MethodBlur::None
 }
 
-/// Whether the blur goes around every depth sample of an edge pixel, where it has several.
+/// Whether the blur treats edge pixels separately and goes around each of their depth samples.
 pub(super) fn supersamples(settings: &Settings) -> bool {
     blurs(settings) && settings.edges == Edges::Supersample
 }
 
-/// How ambient occlusion gets from the first target, where the method draws it, to the last.
+/// The way of ambient occlusion from the first target, into which the method draws, to the last.
 pub(super) struct Plan {
-    /// How many pixels a texel of each target stands for.
+    /// How many pixels in x and y one texel of each target stands for.
     pub(super) scales: Vec<[u32; 2]>,
-    /// The blur everywhere.
+    /// The passes that blur the whole image.
     pub(super) steps: Vec<Step>,
-    /// The blur on edge pixels.
+    /// The pass that blurs edge pixels.
     pub(super) edges: Option<Step>,
 }
 
 impl Plan {
-    /// `multisample`: there are depth samples, and edges are looked for among them.
+    /// `multisample` says that there are depth samples, and that edges are detected from them.
     pub(super) fn new(settings: &Settings, multisample: bool) -> Plan {
         let ao = settings.ao_scale();
         let mut plan = Plan { scales: vec![[ao; 2]], steps: Vec::new(), edges: None };
@@ -50,9 +51,11 @@ impl Plan {
             (_, BlurKernel::Separable) => (Kernel::Full(width), true),
         };
         if separable {
-            // From half resolution a row at a time: X leaves half the rows, and Y fills in the others.
+            // Half resolution is brought to full size one axis at a time: the pass in X fills in columns, the pass in Y
+            // rows.
             plan.scales.push([1, ao]);
-            // Back to where it came from, unless that is smaller, or still wanted for the edges.
+            // The pass in Y draws into the first target again, unless that target is smaller, or is still needed for
+            // the edge pixels.
             let last = if ao == 1 && !supersample { 0 } else { 2 };
             plan.steps.push(Step { name: "blur_x", kernel: Kernel::X(width), from: 0, to: 1 });
             plan.steps.push(Step { name: "blur_y", kernel: Kernel::Y(width), from: 1, to: last });
@@ -63,17 +66,18 @@ impl Plan {
             plan.scales.push([1, 1]);
             plan.steps.push(Step { name: "blur_full", kernel: whole, from: 0, to: 1 });
         }
-        // The samples of a pixel share their taps, so the square is taken as a whole.
+        // The supersampling blur takes the whole square of taps at once, because the samples of a pixel share its
+        // fetches.
         plan.edges = supersample.then(|| Step { name: "blur_edges", kernel: whole, from: 0, to: plan.last() });
         plan
     }
 
-    /// The first target of full size: its stencil holds the edges.
+    /// The index of the first target of full size. The edges are in its stencil.
     pub(super) fn full(&self) -> Option<usize> {
         self.scales.iter().position(|&scale| scale == [1, 1])
     }
 
-    /// The target that holds the result.
+    /// The index of the target that holds the result.
     pub(super) fn last(&self) -> usize {
         self.steps.last().map_or(0, |step| step.to)
     }

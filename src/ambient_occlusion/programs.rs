@@ -1,4 +1,4 @@
-//! The shader programs that one kind of inputs needs.
+//! The shader programs for one kind of inputs.
 
 use super::plan::{Plan, Step};
 use crate::Error;
@@ -10,36 +10,37 @@ use crate::pass::method::{MethodPass, MethodVariant, reads_half_depth};
 use crate::settings::Settings;
 use std::sync::Arc;
 
-/// What an [`AmbientOcclusion`] is made for.
+/// What an [`AmbientOcclusion`](super::AmbientOcclusion) computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Ambient occlusion.
     Visibility,
-    /// The fetch floor of the method's pass, without a blur.
+    /// The fetch floor of the method's pass, without a blur, for measurements.
     Floor,
-    /// Which pixels are edges, and nothing else: A = 1.
+    /// Which pixels are edges, and nothing else. A stays 1.
     Edges,
-    /// The blur, over A = 1 in place of what the method would draw.
+    /// The blur of A = 1. The method is not run.
     Blur,
 }
 
-/// What an input is, as far as programs are compiled for it.
+/// The properties of inputs that programs are compiled for.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct InputKind {
     pub(super) method: MethodVariant,
-    /// The depth samples of a pixel, where edges are looked for.
+    /// The number of depth samples per pixel, if edges are detected from them.
     pub(super) samples: Option<u32>,
 }
 
-/// The programs that one kind of inputs needs.
+/// The programs for one kind of inputs.
 pub(super) struct Programs {
     pub(super) kind: InputKind,
     pub(super) plan: Plan,
-    /// The target that a stencil is first used with, and the pass that fills it. None where nothing is masked.
+    /// For each stencil, the index of the first target that has it, and the pass that fills it. Empty if no pass is
+    /// masked.
     pub(super) stencils: Vec<(usize, Background)>,
-    /// None where A = 1 everywhere.
+    /// The method's pass; `None` if A = 1 everywhere.
     pub(super) ao: Option<MethodPass>,
-    /// What the method's samples read, where that is not the depth image itself.
+    /// The pass that makes the half-size depth; `None` if the method's samples read the depth image itself.
     pub(super) half_depth: Option<HalfDepth>,
     pub(super) edges: Option<Edges>,
     pub(super) blurs: Vec<(Step, Blur)>,

@@ -1,4 +1,4 @@
-//! The images that ambient occlusion is drawn into on its way, and the stencil that says where.
+//! The images that ambient occlusion is drawn into, and the stencil that says which of their pixels are drawn.
 
 use crate::Error;
 use crate::gl::{Renderbuffer, Target, Texture};
@@ -7,11 +7,12 @@ use crate::pass::Grid;
 use glow::HasContext;
 use std::sync::Arc;
 
-/// Bits of the stencil.
+/// The stencil bit of pixels that hold a surface.
 pub(super) const COVERED: u32 = 1;
+/// The stencil bit of pixels that hold several surfaces.
 pub(super) const EDGE: u32 = 2;
 
-/// A texture of ambient occlusion, and the framebuffer that draws into it.
+/// A texture of ambient occlusion, and the framebuffer through which passes draw into it.
 pub(super) struct AoTarget {
     pub(super) grid: Grid,
     pub(super) texture: Texture,
@@ -19,9 +20,9 @@ pub(super) struct AoTarget {
     pub(super) stencil: Arc<Renderbuffer>,
 }
 
-/// Draws into the stencil alone: sets `bit` at every pixel drawn.
+/// Runs `draw` so that it writes to the stencil only: it sets `bit` at every pixel drawn.
 pub(super) fn mark(gl: &glow::Context, bit: u32, draw: impl FnOnce()) {
-    // SAFETY: the context is current, here and below.
+    // SAFETY: the context is current.
     unsafe {
         gl.enable(glow::STENCIL_TEST);
         gl.stencil_mask(bit);
@@ -30,14 +31,14 @@ pub(super) fn mark(gl: &glow::Context, bit: u32, draw: impl FnOnce()) {
         gl.color_mask_draw_buffer(0, false, false, false, false);
     }
     draw();
-    // SAFETY: as above.
+    // SAFETY: the context is current.
     unsafe {
         gl.color_mask_draw_buffer(0, true, true, true, true);
         gl.stencil_mask(0);
     }
 }
 
-/// Has passes draw where the stencil's bits of `mask` are `bits`.
+/// Lets later passes draw only where the stencil's bits under `mask` equal `bits`.
 pub(super) fn only_where(gl: &glow::Context, bits: u32, mask: u32) {
     // SAFETY: the context is current.
     unsafe {
@@ -46,6 +47,7 @@ pub(super) fn only_where(gl: &glow::Context, bits: u32, mask: u32) {
     }
 }
 
+/// Reads the image of a target back.
 pub(super) fn read(target: &AoTarget) -> Result<Image<f32>, Error> {
     let (width, height) = target.grid.size();
     Ok(Image { width: width as usize, height: height as usize, texels: target.texture.read()? })

@@ -16,8 +16,9 @@
 //! # Ok::<(), hbao::Error>(())
 //! ```
 
-// glutin has EGL on these targets (`egl_backend` in its build script), and libloading opens libraries on the second
-// kind. Elsewhere a stand-in of the same interface says that the backend is missing.
+// glutin has EGL on Windows and on Unix, except on Apple's systems and the web (`egl_backend` in its build script).
+// libloading opens libraries on Windows and on Unix. On every other target, a stand-in with the same interface reports
+// that the backend is missing.
 #[cfg(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm")))]
 mod egl;
 #[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]

@@ -148,7 +148,7 @@ impl Drop for Osmesa {
     }
 }
 
-/// Refuses drivers that OSMesa does not have. OSMesa itself crashes if `GALLIUM_DRIVER` names such a driver, or zink.
+/// Refuses drivers that OSMesa does not have, zink included. OSMesa itself crashes if `GALLIUM_DRIVER` names one.
 fn check_driver(driver: Option<&OsStr>) -> Result<(), Error> {
     match driver {
         None => Ok(()),

@@ -1,4 +1,4 @@
-//! Stands in for [`super::egl`] on platforms where glutin has no EGL: macOS, iOS and the web.
+//! Stands in for `egl.rs` on platforms where glutin has no EGL: macOS, iOS and the web.
 
 use crate::Error;
 use std::ffi::{CStr, c_void};

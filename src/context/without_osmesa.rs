@@ -1,4 +1,4 @@
-//! Stands in for [`super::osmesa`] on platforms that cannot open a library at run time, such as the web.
+//! Stands in for `osmesa.rs` on platforms that cannot open a library at run time, such as the web.
 
 use crate::Error;
 use std::ffi::{CStr, c_void};

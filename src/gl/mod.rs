@@ -1,6 +1,6 @@
 //! OpenGL objects that delete themselves when they are dropped.
 //!
-//! The contract of this room, on which its `SAFETY` comments rely: whenever one of these objects is made, used or
+//! The contract of this module, on which its `SAFETY` comments rely: whenever one of these objects is made, used or
 //! dropped, the context in which it was made is current on the thread.
 
 pub(crate) mod program;
@@ -104,8 +104,9 @@ pub fn size_limit(gl: &glow::Context) -> u32 {
 
 /// Checks that the driver can render images of `width` by `height` pixels. The context must be current.
 ///
-/// # Errors [`Error::Usage`] for a size of 0 or above [`size_limit`], and [`Error::Gl`] if the driver does not report
-/// its limits.
+/// # Errors
+/// [`Error::Usage`] for a size of 0 or above [`size_limit`], and [`Error::Gl`] if the driver does not report its
+/// limits.
 pub fn check_size(gl: &glow::Context, width: u32, height: u32) -> Result<(), Error> {
     let limit = size_limit(gl);
     check(gl, "the driver's limits")?;

@@ -163,7 +163,7 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // SAFETY: the program is ours, and the context current by the room's contract.
+        // SAFETY: the program is ours, and the context current by the contract of `gl`.
         unsafe { self.gl.delete_program(self.id) };
     }
 }

@@ -37,7 +37,7 @@ impl Renderbuffer {
 
 impl Drop for Renderbuffer {
     fn drop(&mut self) {
-        // SAFETY: the renderbuffer is ours, and the context current by the room's contract.
+        // SAFETY: the renderbuffer is ours, and the context current by the contract of `gl`.
         unsafe { self.gl.delete_renderbuffer(self.id) };
     }
 }
@@ -153,7 +153,7 @@ fn incompleteness(status: u32) -> String {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        // SAFETY: the framebuffer is ours, and the context current by the room's contract.
+        // SAFETY: the framebuffer is ours, and the context current by the contract of `gl`.
         unsafe { self.gl.delete_framebuffer(self.id) };
     }
 }

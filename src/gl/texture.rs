@@ -215,7 +215,7 @@ impl DefaultPacking<'_> {
 
 impl Drop for DefaultPacking<'_> {
     fn drop(&mut self) {
-        // SAFETY: the context is current by the room's contract; every value was read from it.
+        // SAFETY: the context is current by the contract of `gl`; every value was read from it.
         unsafe {
             PACK.into_iter().zip(self.values).for_each(|(parameter, value)| self.gl.pixel_store_i32(parameter, value));
             self.gl.bind_buffer(glow::PIXEL_PACK_BUFFER, self.buffer);
@@ -267,14 +267,14 @@ impl MultisampleTexture {
 
 impl Drop for MultisampleTexture {
     fn drop(&mut self) {
-        // SAFETY: the texture is ours, and the context current by the room's contract.
+        // SAFETY: the texture is ours, and the context current by the contract of `gl`.
         unsafe { self.gl.delete_texture(self.id) };
     }
 }
 
 impl Drop for Texture {
     fn drop(&mut self) {
-        // SAFETY: the texture is ours, and the context current by the room's contract.
+        // SAFETY: the texture is ours, and the context current by the contract of `gl`.
         unsafe { self.gl.delete_texture(self.id) };
     }
 }

@@ -103,7 +103,7 @@ impl Timers {
 impl Drop for Timers {
     fn drop(&mut self) {
         if let Some(query) = self.query {
-            // SAFETY: the query is ours, and the context current by the room's contract.
+            // SAFETY: the query is ours, and the context current by the contract of `gl`.
             unsafe { self.gl.delete_query(query) };
         }
     }

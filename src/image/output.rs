@@ -111,8 +111,9 @@ impl Outputs {
     /// Gives every staged file its name, and replaces the file that had this name. What cannot be replaced is written
     /// to first, so that a broken pipe leaves all files as they were.
     ///
-    /// # Errors [`Error::Output`] if writing or renaming fails. If renaming fails, the files that were staged earlier
-    /// have already been replaced, and those staged later have not.
+    /// # Errors
+    /// [`Error::Output`] if writing or renaming fails. If renaming fails, the files that were staged earlier have
+    /// already been replaced, and those staged later have not.
     pub fn commit(self) -> Result<(), Error> {
         for StagedStream { path, bytes } in &self.streams {
             // Appending keeps what a log file contains when the shell has opened it with `>> log`. For pipes and

@@ -5,7 +5,6 @@ use crate::Error;
 use crate::gl::{Program, source};
 use std::sync::Arc;
 
-/// The pass.
 pub(crate) struct Background {
     program: Program,
 }

@@ -39,7 +39,6 @@ pub(crate) struct BlurVariant {
     pub(crate) samples: Option<u32>,
 }
 
-/// The pass.
 pub(crate) struct Blur {
     program: Program,
     gaussian: bool,

@@ -15,7 +15,6 @@ pub enum Apply {
     Ambient,
 }
 
-/// The pass.
 pub(crate) struct Composite {
     program: Program,
 }

@@ -6,7 +6,6 @@ use crate::gl::{Defines, Program, source};
 use crate::settings::DepthSigma;
 use std::sync::Arc;
 
-/// The pass.
 pub(crate) struct Edges {
     program: Program,
 }

@@ -28,7 +28,6 @@ pub(crate) struct GBufferVariant {
     pub(crate) biased: bool,
 }
 
-/// The pass.
 pub(crate) struct GBuffer {
     gl: Arc<glow::Context>,
     program: Program,

@@ -1,5 +1,5 @@
-//! An ambient occlusion method as a pass. The methods read the same images and the same rotation tile, and differ in
-//! their shaders, which are put together from the files that the method's row of facts names.
+//! The pass of an ambient occlusion method. All methods read the same images and a rotation tile. They differ in their
+//! shaders, which are assembled from the files that the method's row of facts lists.
 
 use super::{
     DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, half_depth,
@@ -15,12 +15,12 @@ use std::sync::Arc;
 
 macro_rules! shaders {
     ($($(#[$doc:meta])* $variant:ident = $name:literal {
-        twin: [$($twin:ident)?],
+        twin: $twin:tt,
         shader: [$($file:literal),*],
         define: [$($define:literal)?],
-        facts: { $($fact:tt)* }
+        $($other:tt)*
     })+) => {
-        /// The files of a method's fragment shader, and the words that it is compiled with because it is this method's.
+        /// The files of a method's fragment shader, and the words that are defined when it is compiled for this method.
         fn shader(method: Method) -> (&'static [Source], &'static [&'static str]) {
             match method {
                 $(Method::$variant => (&[$(source!($file)),*], &[$($define)?])),+
@@ -30,29 +30,29 @@ macro_rules! shaders {
 }
 methods!(shaders);
 
-/// How the stored normals encode a direction.
+/// How a texture of normals stores their components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NormalEncoding {
-    /// Components in [-1, 1] (SNORM or float).
+    /// The components themselves, in [-1, 1], in a signed normalised or a float format.
     Signed,
-    /// Components c stored as c/2 + 1/2 (UNORM).
+    /// Each component c as c/2 + 1/2, in an unsigned normalised format.
     Biased,
 }
 
-/// What the inputs are, which the shader is compiled for beside the settings.
+/// The properties of the inputs that the shader is compiled for, besides the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MethodVariant {
     pub(crate) orthographic: bool,
     pub(crate) depth: TextureTarget,
     pub(crate) normals: TextureTarget,
     pub(crate) encoding: NormalEncoding,
-    /// Whether the shader is the fetch floor: it makes every fetch, and adds up what it fetched in place of computing
-    /// anything from it.
+    /// Whether the shader is the fetch floor, which makes every fetch, but adds up the fetched values and computes
+    /// nothing else from them.
     pub(crate) floor: bool,
 }
 
-/// The largest R that is handed to a shader; a larger one is replaced by it. It reaches past every scene, since positions
-/// end at 1e15, and float32 can hold its square.
+/// The largest R that is passed to a shader. It replaces any larger R. It reaches past every scene, because coordinates
+/// are at most 1e15, and float32 can hold its square.
 const FARTHEST_RADIUS: f64 = 1e16;
 
 /// The pass.
@@ -62,8 +62,8 @@ pub(crate) struct MethodPass {
 }
 
 impl MethodPass {
-    /// Compiles the method's shader; `None` for a method without one, where A = 1. Changes the rectangle texture binding
-    /// of the active unit.
+    /// Compiles the method's shader, and uploads the rotation tile. Returns `None` for `none`, which has no shader.
+    /// Changes the rectangle texture binding of the active unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
         settings: &Settings,
@@ -87,8 +87,8 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target, whose texels are those of `grid`. Rays are clipped at `near`, and `radius` is R,
-    /// both in scene units.
+    /// Draws A into the bound target, whose texels are those of `grid`. Rays are clipped at the depth `near`, and
+    /// `radius` is R; both are in scene units.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
@@ -116,7 +116,7 @@ impl MethodPass {
     }
 }
 
-/// What a method is compiled for: what the inputs are, and the settings that it reads.
+/// The defines for a method's shader: the properties of the inputs, and those settings that the method reads.
 fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     let reads = |knob: &str| settings.method.reads(knob);
     let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2]);
@@ -137,8 +137,8 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     }
     if reads("ssao-samples") {
         let n = settings.ssao_samples;
-        // The lengths l_i grow on across the octets. They are compiled in as numbers: a power for each sample would
-        // take time.
+        // The lengths are l_i = 0.01 (1 + 2.4/n)^i (6.1). They are compiled in as numbers, because computing a power
+        // for each sample would take time.
         let length = |i: i32| format!("{:?}", (0.01 * (1.0 + 2.4 / f64::from(n)).powi(i)) as f32);
         let lengths: Vec<String> = (1..=n as i32).map(length).collect();
         defines = defines.value("N_SAMPLES", n).value("LENGTHS", lengths.join(", "));
@@ -172,16 +172,18 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     defines
 }
 
-/// Whether the method's samples read depth at half size in place of the depth image itself.
+/// Whether the method's samples read the half-size depth image in place of the depth image itself.
 pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
     settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half
 }
 
-/// The body of a macro that calls `step(1) step(2)` and so on. Mesa unrolls a loop over 8 of our steps, but not one over
-/// 12, and then llvmpipe takes 1.6 times as long for each step. Calls that are written out need no unrolling.
+/// The body of a macro that expands to `step(1) step(2) ...`. Mesa unrolls a loop over 8 of our steps but not one over
+/// 12, and each step of a loop that is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need
+/// no unrolling.
 fn each_step(directions: u32, steps: u32) -> String {
-    // Past this number the calls are put into a loop, so that shaders do not grow without end. Mesa's softpipe unrolls
-    // up to 32 directions as well, and overflows its stack at 31 directions of 32 steps.
+    // The largest number of calls that are written out. If there are more steps, the calls are put into a loop, because
+    // shaders would otherwise grow without limit. Mesa's softpipe also unrolls the loop over directions, up to 32 of
+    // them, and its stack overflows at 31 directions of 32 steps. Such shaders get fewer calls.
     let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
     let call = |i: &str| format!("step({i}) ");
     let loops = steps.div_ceil(most);
@@ -190,7 +192,7 @@ fn each_step(directions: u32, steps: u32) -> String {
     }
     let count = steps.div_ceil(loops);
     let calls = (1..=count).map(|i| {
-        // The last iteration may go past the end.
+        // In its last iteration the loop may go past the last step.
         let guard = if (loops - 1) * count + i > steps { format!("if (i_0 + {i} <= {steps}) ") } else { String::new() };
         guard + &call(&format!("i_0 + {i}"))
     });

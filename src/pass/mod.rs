@@ -1,5 +1,5 @@
-//! One file per pass, by the name of its shader in `glsl/`. A pass is made with what its shader must be compiled for,
-//! and run with textures in and a target bound.
+//! The passes, one file each under the name of its shader in `glsl/`. A pass is created for the variant that its shader
+//! must be compiled for. To run it, its target is bound and its textures are passed in.
 
 pub(crate) mod background;
 pub(crate) mod blur;
@@ -22,22 +22,22 @@ use crate::settings::DepthSigma;
 use glow::HasContext;
 use std::sync::Arc;
 
-/// What lies at background texels of a 32-bit linear depth image: so far that nothing there occludes, and with a square
-/// that float32 can hold.
+/// The depth that background texels hold in a 32-bit image of linear depth. It is so far away that background never
+/// occludes, and float32 can hold its square.
 pub const BACKGROUND_R32F: f32 = 1e17;
-/// The same for a 16-bit one.
+/// The depth that background texels hold in a 16-bit image of linear depth.
 pub const BACKGROUND_R16F: f32 = 6e4;
 
 const FULLSCREEN: Source = source!("fullscreen.vert");
 const FETCH: Source = source!("shared/fetch.glsl");
 const RAY: Source = source!("shared/ray.glsl");
 
-/// The kind of texture an input is.
+/// The kind of a texture, as the target that it is bound to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureTarget {
     /// `GL_TEXTURE_2D`.
     Texture2d,
-    /// `GL_TEXTURE_RECTANGLE`: the faster one on software drivers.
+    /// `GL_TEXTURE_RECTANGLE`, which is the faster of the two on software drivers.
     Rectangle,
 }
 
@@ -50,13 +50,13 @@ impl TextureTarget {
     }
 }
 
-/// A texture of somebody else's, or one lent out.
+/// A texture that is passed in by its owner, or lent out by this library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TextureRef {
-    /// The texture. As an input its base level is read, level 0 unless the caller set another, whatever its filter and
-    /// wrap modes.
+    /// The texture. If it is an input, its base level is read, which is level 0 unless the caller sets another. Its
+    /// filter and wrap modes have no effect.
     pub texture: glow::Texture,
-    /// What kind it is.
+    /// The kind of the texture.
     pub target: TextureTarget,
 }
 
@@ -66,49 +66,51 @@ impl From<&Texture> for TextureRef {
     }
 }
 
-/// A multisample texture (`GL_TEXTURE_2D_MULTISAMPLE`) of somebody else's that holds linear depth.
+/// A multisample texture (`GL_TEXTURE_2D_MULTISAMPLE`) of linear depth, which the caller owns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthSamples {
     /// The texture.
     pub texture: glow::Texture,
-    /// How many samples a pixel has, as the driver gave them (`GL_TEXTURE_SAMPLES`).
+    /// The number of samples per pixel that the driver gave (`GL_TEXTURE_SAMPLES`).
     pub samples: u32,
 }
 
-/// The texels of a target, each of which stands for `scale` pixels of the full image in x and y: at half resolution
-/// texel (i, j) for the pixel (2i, 2j), which is inside, since the size is rounded up.
+/// The grid of texels of a target. Each texel stands for `scale` pixels of the full image in x and y. At half
+/// resolution texel (i, j) takes its depth and normal from the pixel (2i, 2j). That pixel is inside the full image,
+/// because the size of the grid is rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Grid {
-    /// The full image's width and height.
+    /// The width and height of the full image in pixels.
     pub(crate) full: (u32, u32),
     pub(crate) scale: [u32; 2],
 }
 
 impl Grid {
-    /// Width and height in texels.
+    /// The width and height of the grid in texels.
     pub(crate) fn size(self) -> (u32, u32) {
         (self.full.0.div_ceil(self.scale[0]), self.full.1.div_ceil(self.scale[1]))
     }
 
-    /// Of the full image, in texels.
+    /// The size of the full image in texels of the grid. It need not be whole.
     fn extent(self) -> [f64; 2] {
         [f64::from(self.full.0) / f64::from(self.scale[0]), f64::from(self.full.1) / f64::from(self.scale[1])]
     }
 
-    /// Where the view's axis lies, in texels: at full.x / 2 pixels, of which texel x + 0.5 is number scale x + 0.5.
+    /// The point where the view's axis meets the image, in texels: the middle of the full image, at full / 2 pixels.
+    /// The centre of texel i, at i + 0.5 texels, is the centre of a pixel, at scale i + 0.5 pixels.
     fn axis(self) -> [f64; 2] {
         let along = |full: u32, scale: u32| (f64::from(full) / 2.0 + f64::from(scale - 1) / 2.0) / f64::from(scale);
         [along(self.full.0, self.scale[0]), along(self.full.1, self.scale[1])]
     }
 
-    /// What a texel adds to x' and y' (`pixel` of `glsl/shared/ray.glsl`).
+    /// How much one texel adds to x' and y' (`pixel` in `glsl/shared/ray.glsl`).
     fn texel_extent(self, projection: Projection) -> [f64; 2] {
         let [half_x, half_y] = projection.half_extents();
         let [x, y] = self.scale.map(f64::from);
         [x * 2.0 * half_x / f64::from(self.full.0), y * 2.0 * half_y / f64::from(self.full.1)]
     }
 
-    /// Tells the program in use what `glsl/shared/ray.glsl` asks for.
+    /// Sets the uniforms of `glsl/shared/ray.glsl` in the program in use.
     fn bind(self, program: &Program, projection: Projection) {
         let (width, height) = self.size();
         program
@@ -119,18 +121,18 @@ impl Grid {
     }
 }
 
-/// Linear depth as a pass reads it.
+/// A texture of linear depth, as passes read it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthInput {
     pub(crate) image: TextureRef,
-    /// Depths from here on are background.
+    /// This depth and all greater ones are background.
     pub(crate) background: f32,
-    /// Its width and height in texels: the full image's.
+    /// The width and height in texels, which are those of the full image.
     pub(crate) size: (u32, u32),
 }
 
 impl DepthInput {
-    /// Binds it to `unit` and tells the program in use.
+    /// Binds the texture to `unit`, and sets the uniforms of `glsl/shared/fetch.glsl` in the program in use.
     fn bind(&self, full_screen: &FullScreen, program: &Program, unit: u32) {
         full_screen.bind_texture(unit, self.image);
         let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
@@ -141,7 +143,8 @@ impl DepthInput {
     }
 }
 
-/// What `glsl/shared/fetch.glsl` is compiled for, where a texel of the target stands for so many pixels.
+/// The defines for `glsl/shared/fetch.glsl`, for a depth texture of this kind and a target whose texels stand for
+/// `scale` pixels in x and y.
 fn depth_defines(depth: TextureTarget, scale: [u32; 2]) -> Defines {
     let defines = match depth {
         TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
@@ -150,12 +153,13 @@ fn depth_defines(depth: TextureTarget, scale: [u32; 2]) -> Defines {
     if scale == [1, 1] { defines } else { defines.value("SCALE", pixels(scale)) }
 }
 
-/// A scale in GLSL.
+/// A scale as a GLSL expression.
 fn pixels([x, y]: [u32; 2]) -> String {
     format!("vec2({x}.0, {y}.0)")
 }
 
-/// s_z in a uniform of two numbers: in scene units, and as a share of the depth.
+/// Sets the uniform `depth_sigma`. Its first number is s_z in scene units, its second is s_z as a share of the depth,
+/// and one of the two is 0.
 fn depth_sigma(program: &Program, sigma: DepthSigma) {
     program.vec2(
         "depth_sigma",
@@ -166,7 +170,8 @@ fn depth_sigma(program: &Program, sigma: DepthSigma) {
     );
 }
 
-/// Draws a triangle over the whole window, with a sampler that reads the nearest texel of level 0 and clamps.
+/// Draws full-screen triangles, and binds textures with a sampler that reads the nearest texel of the base level and
+/// clamps coordinates to the edge.
 pub(crate) struct FullScreen {
     gl: Arc<glow::Context>,
     vertices: glow::VertexArray,
@@ -176,7 +181,7 @@ pub(crate) struct FullScreen {
 impl FullScreen {
     pub(crate) fn new(gl: &Arc<glow::Context>) -> Result<FullScreen, Error> {
         const PLACE: &str = "full-screen triangle";
-        // SAFETY: the context is current; core demands a vertex array even where no attribute is read.
+        // SAFETY: the context is current. The core profile needs a vertex array even if no attribute is read.
         unsafe {
             let vertices = gl.create_vertex_array().map_err(|_| not_made(gl, PLACE))?;
             let sampler = gl.create_sampler().map_err(|_| {
@@ -197,10 +202,10 @@ impl FullScreen {
         }
     }
 
-    /// Puts a texture on a unit, sampled as this pass samples.
+    /// Binds a texture to a unit, together with the sampler.
     pub(crate) fn bind_texture(&self, unit: u32, image: TextureRef) {
-        // SAFETY: the context is current; whether the texture is of that kind is the caller's promise, and otherwise
-        // a GL error.
+        // SAFETY: the context is current. The caller promises that the texture is of that kind; otherwise the call is a
+        // GL error.
         unsafe {
             self.gl.active_texture(glow::TEXTURE0 + unit);
             self.gl.bind_texture(image.target.gl(), Some(image.texture));
@@ -208,16 +213,16 @@ impl FullScreen {
         }
     }
 
-    /// Puts a multisample texture on a unit.
+    /// Binds a multisample texture to a unit. Samplers do not apply to it.
     pub(crate) fn bind_samples(&self, unit: u32, texture: glow::Texture) {
-        // SAFETY: as `bind_texture`.
+        // SAFETY: as in `bind_texture`.
         unsafe {
             self.gl.active_texture(glow::TEXTURE0 + unit);
             self.gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(texture));
         }
     }
 
-    /// Draws with the program, target and state at hand.
+    /// Draws the triangle with the program, target and state that are current.
     pub(crate) fn draw(&self) {
         // SAFETY: the context is current.
         unsafe {
@@ -229,7 +234,7 @@ impl FullScreen {
 
 impl Drop for FullScreen {
     fn drop(&mut self) {
-        // SAFETY: both are ours, and the context current by the contract of `gl`.
+        // SAFETY: both objects are ours, and the context is current by the contract of `gl`.
         unsafe {
             self.gl.delete_vertex_array(self.vertices);
             self.gl.delete_sampler(self.sampler);

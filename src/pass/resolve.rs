@@ -6,7 +6,6 @@ use crate::Error;
 use crate::gl::{Defines, MultisampleTexture, Program, source};
 use std::sync::Arc;
 
-/// The pass.
 pub(crate) struct Resolve {
     program: Program,
 }

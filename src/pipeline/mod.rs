@@ -1,5 +1,5 @@
-//! A scene to images: G-buffer, ambient occlusion, composite (ShaderX7 6.2). The order of the passes between the
-//! G-buffer and the composite is [`AmbientOcclusion`]'s.
+//! Renders a scene to images: G-buffer, resolve, ambient occlusion, composite (ShaderX7 6.2). [`AmbientOcclusion`]
+//! knows the order of the passes between the resolve and the composite.
 
 mod targets;
 
@@ -17,34 +17,36 @@ use glow::HasContext;
 use std::sync::Arc;
 use targets::Targets;
 
-/// What a pipeline is to do beside ambient occlusion itself.
+/// Which images a pipeline makes and keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Request {
-    /// Stop at depth, normals and colour: no ambient occlusion, and nothing that needs it.
+    /// Make depth, normals and colour only, and skip ambient occlusion and everything that needs it. Edges are still
+    /// found if `edges` asks for them.
     pub gbuffer_only: bool,
-    /// Make the final image, with ambient occlusion applied so.
+    /// Make the final image, with ambient occlusion applied in this way.
     pub composite: Option<Apply>,
     /// Keep ambient occlusion as it was before the blur.
     pub raw: bool,
-    /// Keep which pixels are edges: those of several surfaces.
+    /// Keep which pixels are edges, that is, hold more than one surface.
     pub edges: bool,
-    /// Leave the method's own pass out: the blur goes over A = 1, as in 'No AO' of Table 6.2.1.
+    /// Skip the method's own pass. The blur then runs on A = 1, as in the 'No AO' rows of Table 6.2.1.
     pub without_ao: bool,
-    /// Time the passes.
+    /// Measure the time of each pass.
     pub timings: bool,
 }
 
-/// Renders scenes with ambient occlusion, in a context that is current at every call, the drop included.
+/// Renders scenes with ambient occlusion. The OpenGL context must be current at every call, and when this value is
+/// dropped.
 ///
-/// The context is taken to be its own, as [`crate::context::Context`] gives one: it expects OpenGL's initial state and
-/// leaves its own bindings behind. In an application's context, use [`AmbientOcclusion`].
+/// The pipeline must have the context to itself, as [`crate::context::Context`] gives one: it expects OpenGL's initial
+/// state, and does not restore its own bindings. In an application's context, use [`AmbientOcclusion`].
 pub struct Pipeline {
     gl: Arc<glow::Context>,
     settings: Settings,
     request: Request,
     size: (u32, u32),
     targets: Arc<Targets>,
-    /// Of the last kind of camera.
+    /// The G-buffer pass, compiled for the kind of camera that was rendered last.
     gbuffer: Option<GBuffer>,
     ao: Option<AmbientOcclusion>,
     composite: Option<(Composite, Texture, Target)>,
@@ -55,10 +57,12 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Allocates what images of `size` (width, height) need. The radius must be in scene units.
+    /// Allocates the textures and framebuffers for images of `size` (width, height) pixels. The radius must be in scene
+    /// units.
     ///
     /// # Errors
-    /// A setting out of range, a size that the driver cannot render, or what the driver refused.
+    /// [`Error::Usage`] for a setting out of range, a radius in percent, or a size that the driver cannot render.
+    /// [`Error::Gl`] if the driver refuses an allocation or a shader, or if an OpenGL error is pending.
     pub fn new(
         gl: &Arc<glow::Context>,
         size: (u32, u32),
@@ -66,15 +70,16 @@ impl Pipeline {
         request: Request,
     ) -> Result<Pipeline, Error> {
         settings.validate()?;
-        gl::check(gl, "an error left from before the pipeline")?;
+        gl::check(gl, "an error left by earlier calls, before the pipeline")?;
         gl::check_size(gl, size.0, size.1)?;
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, &mut notices)?;
         Pipeline::with((gl, size), settings, request, (Arc::new(targets), notices))
     }
 
-    /// One more pipeline that draws into this one's G-buffer, which settings that differ in its formats or samples must
-    /// not ask for: many of them, measured in turns, would not fit into memory with a G-buffer each.
+    /// Makes another pipeline that draws into the G-buffer of this one. Its settings must have the same formats of
+    /// depth and normals, and the same number of samples. Measurements run many pipelines in turns, and a G-buffer for
+    /// each would not fit into memory.
     pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
         settings.validate()?;
         Pipeline::with((&self.gl, self.size), settings, request, (self.targets.clone(), self.notices.clone()))
@@ -117,16 +122,18 @@ impl Pipeline {
         })
     }
 
-    /// What the driver could not do as asked, and what is done in its place: one line each.
+    /// One line for each setting that the driver cannot fulfil. It says what is used instead.
+    #[must_use]
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
 
-    /// Renders the triangles as the camera sees them. The images are then there to be read. The times of the passes
-    /// are returned where they were asked for.
+    /// Renders the triangles as the camera sees them. The images can then be read. Returns the times of the passes if
+    /// [`Request::timings`] asks for them, and an empty list otherwise.
     ///
     /// # Errors
-    /// A depth that the format cannot hold, or what the driver refused.
+    /// [`Error::Usage`] if the depth format cannot hold the camera's range of depths. [`Error::Gl`] if the driver
+    /// refuses a shader, an allocation or a call.
     pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
         check_depth_range(&self.settings, camera)?;
         let (gl, size, background) = (&self.gl, self.size, self.background());
@@ -175,7 +182,9 @@ impl Pipeline {
         Ok(self.timers.take())
     }
 
-    /// What ambient occlusion was computed from: the G-buffer's textures, which stay the pipeline's.
+    /// The inputs that ambient occlusion is computed from, for this camera. The textures are those of the G-buffer, and
+    /// belong to the pipeline.
+    #[must_use]
     pub fn inputs(&self, camera: &Camera) -> Inputs {
         Inputs {
             depth: (&self.targets.depth).into(),
@@ -188,16 +197,17 @@ impl Pipeline {
         }
     }
 
-    /// How many samples a pixel has: what the driver gave for [`Settings::msaa`].
+    /// The number of depth samples per pixel: what the driver gave for [`Settings::msaa`].
+    #[must_use]
     pub fn samples(&self) -> u32 {
         self.targets.samples()
     }
 
-    /// Linear depth of every sample of the pixels, read back: an image for each sample; +infinity on background. The
-    /// first is what [`Pipeline::depth`] reads.
+    /// Reads back the linear depth of every sample, one image for each. Background is +infinity. The first image is
+    /// that of [`Pipeline::depth`].
     ///
     /// # Errors
-    /// As [`Pipeline::depth`].
+    /// The same as for [`Pipeline::depth`].
     pub fn depth_samples(&self) -> Result<Vec<Image<f32>>, Error> {
         let mut images = vec![self.depth()?];
         for which in 1..self.samples() {
@@ -212,20 +222,20 @@ impl Pipeline {
         Ok(images)
     }
 
-    /// Linear depth, read back: of sample 0 where a pixel has several; +infinity on background.
+    /// Reads back linear depth, of sample 0 if pixels have several. Background is +infinity.
     ///
     /// # Errors
-    /// What the driver refused, here and in all that read images back.
+    /// [`Error::Gl`] if the driver refuses to read the image back.
     pub fn depth(&self) -> Result<Image<f32>, Error> {
         let background = self.background();
         let texels = self.targets.depth.read()?;
         Ok(self.image(texels.into_iter().map(|z| if z >= background { f32::INFINITY } else { z }).collect()))
     }
 
-    /// Eye-space normals, read back and made unit; (0, 0, 0) on background.
+    /// Reads back the eye-space normals as unit vectors. Background is (0, 0, 0).
     ///
     /// # Errors
-    /// As [`Pipeline::depth`].
+    /// The same as for [`Pipeline::depth`].
     pub fn normals(&self) -> Result<Image<[f32; 3]>, Error> {
         let (depth, background) = (self.targets.depth.read()?, self.background());
         let stored = self.targets.normals.read()?;
@@ -239,39 +249,45 @@ impl Pipeline {
         Ok(self.image(stored.chunks_exact(4).zip(depth).map(unit).collect()))
     }
 
-    /// The shaded colour without ambient occlusion, read back.
+    /// Reads back the shaded colour without ambient occlusion.
     ///
     /// # Errors
-    /// As [`Pipeline::depth`].
+    /// The same as for [`Pipeline::depth`].
     pub fn colour(&self) -> Result<Image<[u8; 3]>, Error> {
         Ok(self.image(rgb8(&self.targets.colour.read()?)))
     }
 
-    /// Ambient occlusion after the blur, read back.
+    /// Reads back ambient occlusion after the blur.
     ///
     /// # Errors
-    /// As [`Pipeline::depth`]; or there is none, because the G-buffer alone was asked for.
+    /// [`Error::Usage`] if [`Request::gbuffer_only`] is set, so that there is none. Otherwise the same as for
+    /// [`Pipeline::depth`].
     pub fn ao(&self) -> Result<Image<f32>, Error> {
         match &self.ao {
             Some(ao) if !self.request.gbuffer_only => ao.image(),
-            _ => Err(Error::Usage("only the G-buffer was asked for: there is no ambient occlusion".into())),
+            _ => Err(Error::Usage(
+                "this pipeline makes no ambient occlusion: set gbuffer_only to false in its Request".into(),
+            )),
         }
     }
 
-    /// Ambient occlusion before the blur, where it was asked for.
+    /// Ambient occlusion before the blur, if [`Request::raw`] asked for it.
+    #[must_use]
     pub fn ao_raw(&self) -> Option<&Image<f32>> {
         self.kept.raw.as_ref()
     }
 
-    /// Which pixels hold more than one surface, where it was asked for; none does without multisample antialiasing.
+    /// Which pixels hold more than one surface, if [`Request::edges`] asked for it. Without multisample antialiasing
+    /// none does.
+    #[must_use]
     pub fn edges(&self) -> Option<&Image<bool>> {
         self.kept.edges.as_ref()
     }
 
-    /// The final image, where it was asked for, read back.
+    /// Reads back the final image, if [`Request::composite`] asked for it.
     ///
     /// # Errors
-    /// As [`Pipeline::depth`].
+    /// The same as for [`Pipeline::depth`].
     pub fn composite(&self) -> Result<Option<Image<[u8; 3]>>, Error> {
         let Some((_, image, _)) = &self.composite else { return Ok(None) };
         Ok(Some(self.image(rgb8(&image.read()?))))
@@ -289,11 +305,15 @@ impl Pipeline {
     }
 }
 
-/// The smallest half float of full precision: below, each halving of a depth costs it a bit.
+/// The smallest half float with full precision, 2^-14. Below it, each halving of a depth costs one bit of precision.
 const LEAST_R16F: f64 = 1.0 / 16384.0;
 
-/// What half floats hold: nothing nearer than their precision reaches, and background further than R beyond all else,
-/// or it would occlude.
+/// Checks that half floats can hold the depths of the view, if the settings store depth in them. The near plane must
+/// not be nearer than full precision reaches. Background must lie further than R behind the far plane, or it would
+/// occlude.
+///
+/// # Errors
+/// [`Error::Usage`] if the format cannot hold the depths, or if the radius is in percent.
 pub(crate) fn check_depth_range(settings: &Settings, camera: &Camera) -> Result<(), Error> {
     if settings.depth_format == DepthFormat::R32f {
         return Ok(());

@@ -1,4 +1,5 @@
-//! The textures of the G-buffer, multisample where that is asked for and the driver can.
+//! The textures of the G-buffer. They are multisample textures if the settings ask for it and the driver can provide
+//! them.
 
 use crate::Error;
 use crate::gl::{self, Format, MultisampleTexture, Renderbuffer, Target, Texture};
@@ -8,21 +9,22 @@ use crate::pass::{DepthSamples, FullScreen, probe};
 use crate::settings::{DepthFormat, NormalFormat, Settings};
 use std::sync::Arc;
 
-/// What triangles are drawn into, and what the passes after that read.
+/// The images that triangles are drawn into, and the images that later passes read.
 pub(super) struct Targets {
     pub(super) colour: Texture,
     pub(super) depth: Texture,
     pub(super) normals: Texture,
     pub(super) encoding: NormalEncoding,
-    /// Holds the three above. Its depth buffer is none where triangles are drawn into samples.
+    /// The framebuffer of the three textures above. It has a depth buffer only if triangles are drawn into it, and not
+    /// into multisample textures.
     target: Target,
     _depth_buffer: Option<Renderbuffer>,
     multisample: Option<Multisample>,
 }
 
-/// Several samples of each pixel.
+/// The multisample textures, and the pass that resolves them.
 struct Multisample {
-    /// Colour, depth and normals.
+    /// Colour, depth and normals, in this order.
     images: [MultisampleTexture; 3],
     samples: u32,
     target: Target,
@@ -58,24 +60,24 @@ impl Targets {
         Ok(Targets { colour, depth, normals, encoding, target, _depth_buffer: depth_buffer, multisample })
     }
 
-    /// What triangles are drawn into.
+    /// The framebuffer that triangles are drawn into.
     pub(super) fn drawn(&self) -> &Target {
         self.multisample.as_ref().map_or(&self.target, |multisample| &multisample.target)
     }
 
-    /// Samples a pixel.
+    /// The number of samples per pixel.
     pub(super) fn samples(&self) -> u32 {
         self.multisample.as_ref().map_or(1, |multisample| multisample.samples)
     }
 
-    /// The depth of each sample, where there are several.
+    /// The depth of each sample, if pixels have several.
     pub(super) fn depth_samples(&self) -> Option<DepthSamples> {
         let multisample = self.multisample.as_ref()?;
         Some(DepthSamples { texture: multisample.images[1].id, samples: multisample.samples })
     }
 
-    /// Makes the plain textures of the multisample ones, where there are any: depth and normals those of the sample
-    /// `which`.
+    /// Fills the plain textures from the multisample textures, if there are any. Depth and normals are those of sample
+    /// number `which`.
     pub(super) fn resolve(&self, full_screen: &FullScreen, which: u32) {
         if let Some(multisample) = &self.multisample {
             self.target.bind();
@@ -85,7 +87,8 @@ impl Targets {
 }
 
 impl Multisample {
-    /// As many samples as asked for, or as many as the driver has; none where that is one.
+    /// Makes multisample textures with as many samples as were asked for, or with as many as the driver has. `None` if
+    /// that is one.
     fn new(
         gl: &Arc<glow::Context>,
         size: (u32, u32),
@@ -102,7 +105,8 @@ impl Multisample {
                     let multisample = Multisample { images, samples, target, _depth_buffer, resolve };
                     return Ok(Some(multisample).filter(|multisample| multisample.samples > 1));
                 }
-                // Within the limits a driver may still refuse a format, or to mix them: fewer samples may do.
+                // Even within its limits a driver may refuse a format, or a combination of formats. Fewer samples may
+                // succeed.
                 Err(error) if gl::is_refusal(&error) || gl::is_out_of_memory(&error) => {}
                 Err(error) => return Err(error),
             }
@@ -128,8 +132,9 @@ impl Multisample {
     }
 }
 
-/// The format asked for, or the next best that the driver renders to: RGBA16F, then biased RGBA8. With the multisample
-/// textures that go with it; where the driver has samples, but not of the format asked for, the next best has them.
+/// Chooses the format of normals: the one asked for, or else the next in this order that the driver renders to:
+/// RGBA16F, then biased RGBA8. Makes the multisample textures that go with it. If the driver has multisampling, but not
+/// in a format, the next format that has it is preferred.
 fn normal_format(
     gl: &Arc<glow::Context>,
     size: (u32, u32),
@@ -169,5 +174,5 @@ fn normal_format(
         }
         return Ok((format, encoding, multisample));
     }
-    Err(Error::gl("gbuffer", format!("this driver renders depth in {depth_name} beside no format of normals")))
+    Err(Error::gl("gbuffer", format!("this driver renders no format of normals together with depth in {depth_name}")))
 }

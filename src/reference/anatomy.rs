@@ -1,4 +1,4 @@
-//! What the twins do at a single pixel, laid open: for the figures that draw it, and the claims that are about it.
+//! The intermediate results of the twins at single pixels, for the figures and claims about them.
 
 use super::inputs::Inputs;
 use super::sampling::{EXACT, Pixel, Scene};
@@ -9,24 +9,30 @@ use crate::projection::Projection;
 use crate::settings::Settings;
 use glam::{DVec2, DVec3};
 
-/// The twin of one method on one view. Pixels are (x, y), y up; what is asked of background is none.
+/// The twin of one method on one view. Pixels are given as (x, y), with y up. On background all results are `None`.
 pub struct Anatomy<'a> {
     scene: Scene<'a>,
 }
 
 impl<'a> Anatomy<'a> {
+    /// Prepares the twin of the method that `settings` name.
+    ///
     /// # Errors
-    /// A radius in percent, or images of different sizes.
+    /// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
     pub fn new(inputs: &'a Inputs<'a>, settings: &'a Settings) -> Result<Anatomy<'a>, Error> {
         Ok(Anatomy { scene: Scene::new(inputs, settings)? })
     }
 
-    /// The point that the pixel shows, in eye space.
+    /// The surface point P that the pixel shows, in eye space.
+    #[must_use]
     pub fn position(&self, pixel: (usize, usize)) -> Option<DVec3> {
         Some(self.pixel(pixel)?.P)
     }
 
-    /// The texels that the samples in direction k read, less the pixel's own; those in the window alone.
+    /// The texels that the samples in direction k read, as offsets from the pixel's own texel. Samples that are
+    /// ignored, on background or on the pixel's own texel, are left out. A sample beyond the border reads a texel at
+    /// the border.
+    #[must_use]
     pub fn offsets(&self, pixel: (usize, usize), k: u32) -> Option<Vec<DVec2>> {
         let pixel = self.pixel(pixel)?;
         let direction = self.scene.direction(&pixel, k, EXACT);
@@ -34,14 +40,16 @@ impl<'a> Anatomy<'a> {
         Some(samples.map(|sample| sample.taken).collect())
     }
 
-    /// The tangent of Eq. 6.2.11 for an offset in texels, in eye space; its length means nothing.
+    /// The tangent T of Eq. 6.2.11 in eye space, for an offset in texels. Its length has no meaning.
+    #[must_use]
     pub fn tangent(&self, pixel: (usize, usize), offset: DVec2) -> Option<DVec3> {
         Some(self.scene.tangent(&self.pixel(pixel)?, offset))
     }
 
-    /// The same tangent as Figure 6.2.12 has it: from P to where the ray through the offset's texel meets the tangent
-    /// plane. None also where it does not meet it in front of the eye.
+    /// The same tangent as Figure 6.2.12 constructs it: from P to the point where the ray through the offset's texel
+    /// meets the tangent plane. It is `None` also if the ray does not meet the plane in front of the eye.
     #[allow(non_snake_case)]
+    #[must_use]
     pub fn tangent_by_ray(&self, pixel: (usize, usize), offset: DVec2) -> Option<DVec3> {
         let pixel = self.pixel(pixel)?;
         let (origin, ray) = match self.scene.projection {
@@ -52,9 +60,11 @@ impl<'a> Anatomy<'a> {
         (z > 0.0 && z.is_finite()).then(|| origin + z * ray - pixel.P)
     }
 
-    /// The points that `ssao` samples about the pixel's: each in eye space, and whether it is counted as open, which is
-    /// in front of the surface that its texel shows. Those whose texel is background, or whose surface the range check
-    /// fades by more than a hundredth, are left out.
+    /// The points that `ssao` samples around the surface point of the pixel. Each is given in eye space, with `true` if
+    /// it counts as open, which means that it lies in front of the surface seen at its texel. Points are left out if
+    /// their texel is background, or if the range check fades their surface by more than a hundredth. The offsets are
+    /// those of `ssao-normals` off, and the depths those of `ssao-depth` full.
+    #[must_use]
     pub fn points(&self, pixel: (usize, usize)) -> Option<Vec<(DVec3, bool)>> {
         let (scene, pixel) = (&self.scene, self.pixel(pixel)?);
         let of = |index| {
@@ -69,8 +79,10 @@ impl<'a> Anatomy<'a> {
         Some((0..scene.settings.ssao_samples).filter_map(of).collect())
     }
 
-    /// A before any blur, as [`super::visibility`] has it, but with samples beyond R counted too: what 6.2 avoids by
-    /// ignoring them. W must be 1, since no other is meant for distances beyond R.
+    /// Computes A before any blur, like [`super::visibility`], but also counts samples beyond R, which 6.2 ignores. The
+    /// attenuation must be W = 1, because the others are not meant for distances beyond R. Background is `None`; so is
+    /// every pixel for the method `none`.
+    #[must_use]
     pub fn with_outliers(mut self, pixels: &[(usize, usize)]) -> Vec<Option<f64>> {
         self.scene.reach = f64::INFINITY;
         let method = Terms::of(self.scene.settings);

@@ -1,8 +1,9 @@
-//! The float64 twin of `glsl/shared/attenuation.glsl`.
+//! The float64 twin of `glsl/shared/attenuation.glsl`: the attenuation W of ShaderX7 6.2.
 
 use crate::settings::Attenuation;
 
-/// W(r), the weight of an occluder at distance r of a radius R, both in the same units.
+/// W(r) = 1 - r^2/R^2, 1 - r/R or 1: how much a sample at the distance r from P occludes. `r` and `radius` are in the
+/// same unit.
 pub(super) fn weight(attenuation: Attenuation, r: f64, radius: f64) -> f64 {
     match attenuation {
         Attenuation::Quadratic => 1.0 - (r / radius).powi(2),

@@ -1,5 +1,7 @@
-//! The float64 twin of `glsl/blur.frag`: the cross-bilateral blur, ShaderX7 6.2, separated and in full, from half
-//! resolution and on edges; and the 4x4 blur of 6.1.
+//! The float64 twin of `glsl/blur.frag`: two blurs of ambient occlusion that respect depth. One is the cross-bilateral
+//! blur of ShaderX7 6.2, in X and Y or over the whole square, whose weights are Gaussian in the image and in depth. The
+//! other is the 4x4 blur of 6.1, whose taps all have the same weight. Both can upsample from half resolution, and on
+//! edge pixels supersample.
 #![allow(non_snake_case)]
 
 use super::edges;
@@ -9,12 +11,12 @@ use crate::image::Image;
 use crate::settings::{BlurKernel, DepthSigma, Edges, MethodBlur, Settings};
 use rayon::prelude::*;
 
-/// Blurs `ao` as the settings say, with the weights of `depth` (linear, infinite on background), and brings it to its
-/// size. `samples`, the depth samples of the pixels, an image for each, may be none: then no pixel is an edge.
-/// Background is 1.
+/// Blurs `ao` as the settings say, with weights from `depth`, and upsamples it to the size of `depth`. Depth is linear,
+/// and +infinity on background, where the result is 1. `samples` holds one image for each depth sample of the pixels.
+/// If it is empty, no pixel is an edge. Where the settings ask for no blur, `ao` is returned as it is.
 ///
 /// # Errors
-/// A depth sigma that follows from a radius in percent.
+/// [`Error::Usage`] if the depth sigma follows from a radius in percent.
 pub fn blur(
     ao: &Image<f64>,
     depth: &Image<impl Copy + Into<f64>>,
@@ -24,11 +26,12 @@ pub fn blur(
     shifted(ao, &depth.map(Into::into), samples, settings, EXACT)
 }
 
-/// The pixels at which the blur can move by more than 1e-3 when what it compares is shifted by 1e-5 relative: where two
-/// taps are as near in depth as float32 can tell, where the sum of weights is about 1e-6, or a depth about sigma away.
+/// Finds the pixels at which the blur can move by more than 1e-3 when its comparisons are shifted by 1e-5 relative.
+/// There two taps are equally near in depth as far as float32 can tell, or the sum of weights is about 1e-6, or a
+/// difference in depth is about sigma.
 ///
 /// # Errors
-/// As [`blur`].
+/// The same as for [`blur`].
 pub fn ambiguous(
     ao: &Image<f64>,
     depth: &Image<impl Copy + Into<f64>>,
@@ -45,6 +48,7 @@ pub fn ambiguous(
     Ok(Image::from_fn(exact.width, exact.height, moves))
 }
 
+/// [`blur`] with shifted comparisons.
 fn shifted(
     ao: &Image<f64>,
     depth: &Image<f64>,
@@ -69,7 +73,7 @@ fn shifted(
         (_, BlurKernel::Separable) => {
             let x = Taps::Gaussian { radius, reach: [radius, 0] };
             let y = Taps::Gaussian { radius, reach: [0, radius] };
-            // From half resolution X leaves half the rows, and Y fills in the others.
+            // From half resolution, the pass in X fills in columns, and the pass in Y fills in rows.
             let rows = Pass { ao, depth, sigma, shift, taps: x, from: half, to: [1, scale] }.everywhere();
             Pass { ao: &rows, depth, sigma, shift, taps: y, from: [1, scale], to: full }.everywhere()
         }
@@ -86,17 +90,17 @@ fn shifted(
     Ok(blurred)
 }
 
-/// Which taps, and their weights in the image.
+/// Which taps a pass takes, and their weights in the image.
 #[derive(Clone, Copy)]
 enum Taps {
-    /// Within `reach` pixels in x and y.
+    /// A Gaussian kernel of this radius in pixels. The taps lie within `reach` pixels in x and y.
     Gaussian { radius: i64, reach: [i64; 2] },
-    /// Two texels of ambient occlusion before the pixel's own to one after it.
+    /// The 4x4 texels of Crysis, all with the same weight: from two texels before the pixel's own to one after it.
     Crysis,
 }
 
-/// One pass. A texel of `ao` stands for `from` pixels in x and y, a texel of the result for `to`: (i, j) for the pixel
-/// (i, j) times that.
+/// One pass. One texel of `ao` stands for `from` pixels in x and y, and one texel of the result for `to` pixels: texel
+/// (i, j) stands for the pixel at `from` or `to` times (i, j).
 struct Pass<'a> {
     ao: &'a Image<f64>,
     depth: &'a Image<f64>,
@@ -108,6 +112,7 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
+    /// Blurs the whole image, each pixel around its own depth.
     fn everywhere(&self) -> Image<f64> {
         let width = self.depth.width.div_ceil(self.to[0] as usize);
         let height = self.depth.height.div_ceil(self.to[1] as usize);
@@ -118,7 +123,7 @@ impl Pass<'_> {
         Image { width, height, texels: (0..width * height).into_par_iter().map(texel).collect() }
     }
 
-    /// At the pixel (x, y), around the depth z.
+    /// Blurs the pixel (x, y) around the depth z.
     fn around(&self, x: i64, y: i64, z: f64) -> f64 {
         if z.is_infinite() {
             return 1.0;
@@ -127,9 +132,9 @@ impl Pass<'_> {
         let (mut sum, mut weights) = (0.0, 0.0);
         let (mut nearest, mut nearest_distance) = (1.0, f64::INFINITY);
         for (i, j, in_image) in self.taps_about(x, y) {
-            // A tap's depth is that of the pixel where its A was computed.
+            // The depth of a tap is the depth of the pixel at which its A was computed.
             let (tap_x, tap_y) = (i * self.from[0], j * self.from[1]);
-            // Taps outside the image and on background weigh nothing.
+            // Taps on background and outside the image have no weight.
             let inside =
                 (0..self.depth.width as i64).contains(&tap_x) && (0..self.depth.height as i64).contains(&tap_y);
             if !inside || self.depth.at(tap_x as usize, tap_y as usize).is_infinite() {
@@ -143,7 +148,8 @@ impl Pass<'_> {
             let A = self.ao.at(i as usize, j as usize);
             sum += in_image * in_depth * A;
             weights += in_image * in_depth;
-            // Of several that are as near but for the shift, the one of least or of most A.
+            // If taps are equally near within the shift, one is chosen by the sign of the shift: the tap with the
+            // greatest A for a positive shift, with the least A for a negative one.
             let as_near =
                 dz.abs() < nearest_distance * (1.0 + shift.abs()) && nearest_distance < dz.abs() * (1.0 + shift.abs());
             let other = if as_near { (A - nearest) * shift > 0.0 } else { dz.abs() < nearest_distance };
@@ -154,7 +160,7 @@ impl Pass<'_> {
         if weights < 1e-6 * (1.0 + shift) { nearest } else { sum / weights }
     }
 
-    /// The texels of `ao` about a pixel, row by row, and their weights.
+    /// The positions of the taps around a pixel, in texels of `ao` and row by row, and their weights in the image.
     fn taps_about(&self, x: i64, y: i64) -> Vec<(i64, i64, f64)> {
         let mut taps = Vec::new();
         match self.taps {
@@ -172,7 +178,8 @@ impl Pass<'_> {
                 }
             }
             Taps::Crysis => {
-                // Of a pixel that is the second of its texel, about the texel to its right.
+                // The 4x4 taps are not symmetric: two lie before `home` and one after it. For a pixel that is the
+                // second of the two pixels its texel stands for, the taps are therefore taken around the next texel.
                 let home = [(x + self.from[0] - 1) / self.from[0], (y + self.from[1] - 1) / self.from[1]];
                 for j in -2..=1 {
                     taps.extend((-2..=1).map(|i| (home[0] + i, home[1] + j, 1.0)));

@@ -1,4 +1,5 @@
-//! The float64 twin of `glsl/gbuffer.frag`: colour, depth and normal of what the ray of each pixel's centre meets.
+//! The float64 twin of `glsl/gbuffer.frag`, by ray casting: depth, normal and material colour of the surface on the ray
+//! through each pixel's centre. Unlike the shader it does not shade the colour.
 
 use super::trace::Tracer;
 use crate::image::Image;
@@ -7,19 +8,23 @@ use crate::settings::Normals;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// What one pixel sees.
+/// The surface that one pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Linear eye-space z; infinite on background.
+    /// Linear eye-space z in scene units; +infinity on background.
     pub depth: f64,
-    /// Unit normal in eye space; zero on background.
+    /// Unit normal in eye space, turned towards the eye; zero on background.
     pub normal: DVec3,
     /// The material's colour; white on background.
     pub diffuse: [f32; 3],
 }
 
-/// The scene as the camera sees it, by one ray a pixel: which triangle is seen at `sample`, from the pixel's centre in
-/// pixels, and its plane on the ray of the centre.
+/// Casts one ray per pixel, and returns the surface that each pixel shows. Images have the size (width, height).
+///
+/// `sample` is the position of a depth sample relative to the pixel's centre, in pixels. The ray through the sample
+/// decides which triangle is seen. Depth and normal are those of the triangle's plane on the ray through the pixel's
+/// centre.
+#[must_use]
 pub fn gbuffer(
     mesh: &Mesh,
     camera: &Camera,
@@ -27,9 +32,10 @@ pub fn gbuffer(
     normals: Normals,
     sample: [f64; 2],
 ) -> Image<Surface> {
-    // Before the corners are moved, which may make one of two.
+    // Vertex normals are computed before the corners are moved, because moving may merge two corners.
     let vertex_normals = (normals == Normals::Vertex).then(|| mesh.vertex_normals());
-    // About the eye: of a small scene far from the origin float64 itself has few digits, and none to round off again.
+    // Positions are made relative to the eye. In a small scene far from the origin, float64 itself leaves few digits,
+    // and none may be lost to rounding again.
     let mut mesh = mesh.clone();
     mesh.positions.iter_mut().for_each(|p| *p -= camera.eye);
     let tracer = Tracer::new(&mesh);
@@ -40,7 +46,7 @@ pub fn gbuffer(
             (camera.direction_to_world(start), camera.direction_to_world(r), r)
         };
         let (origin, direction, _) = ray(sample);
-        // r.z is 1, so that t is the depth.
+        // r.z is 1, so t is the depth.
         let Some(seen) = tracer.nearest(origin, direction, camera.near..=camera.far) else {
             return Surface { depth: f64::INFINITY, normal: DVec3::ZERO, diffuse: [1.0; 3] };
         };
@@ -56,7 +62,7 @@ pub fn gbuffer(
                 let [a, b, c] = corners.map(|i| normals[i]);
                 let weights = hit.barycentric;
                 let smooth = camera.direction_to_eye(weights.x * a + weights.y * b + weights.z * c).normalize_or(plane);
-                // To the side of the triangle that is seen.
+                // The normal is turned to the side of the triangle that is seen.
                 if smooth.dot(plane) < 0.0 { -smooth } else { smooth }
             }
         };

@@ -16,19 +16,19 @@ pub(super) const TWIN: Twin = Twin {
 /// The sum of Eq. 6.2.9 in direction k.
 fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
-    // The horizon starts at the tangent, t(theta).
+    // The horizon starts at the direction's tangent, t(theta).
     let mut tangent = scene.sine_of_tangent(pixel, direction.stride);
     let mut horizon = tangent;
     let mut previous = 0.0;
     let mut occlusion = 0.0;
     for i in 1..=pixel.steps {
         let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
-        // Eq. 6.2.6, as a sine: it orders samples as the tangent does.
+        // Eq. 6.2.6 is the elevation's tangent. This is the elevation's sine, which orders the samples in the same way.
         let sine = -sample.D.z / sample.D.length();
         if !scene.within(&sample, shift) || sine <= horizon + shift.comparison {
             continue;
         }
-        // Eq. 6.2.9, or with the direction's tangent Eq. 6.2.8.
+        // Eq. 6.2.9 uses the tangent towards each sample. Eq. 6.2.8 uses one tangent for the whole direction.
         if scene.settings.grounding == Grounding::Sample {
             tangent = scene.sine_of_tangent(pixel, sample.taken);
         }

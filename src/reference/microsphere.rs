@@ -1,5 +1,6 @@
 //! The float64 twin of `glsl/microsphere.frag`: micro-spheres (Shanmugam and Arikan 2007) and creases (Fox and Compton
-//! 2008) as ShaderX7 6.2 describes them.
+//! 2008) as ShaderX7 6.2 describes them. Every sample within R occludes by its solid angle, even where other samples
+//! hide it from P.
 
 use super::sampling::{Pixel, Scene, Shift};
 use super::twin::{Converged, Twin, directions, no_curve};
@@ -11,11 +12,11 @@ pub(super) const TWIN: Twin = Twin {
     count: directions,
     scale: |settings| settings.strength / PI,
     curve: no_curve,
-    // Each sample adds what it covers, a repeated one too.
+    // Every sample adds its own occlusion, so a repeated sample counts again.
     converged: Some(Converged { occlusion, ignores_repeats: false }),
 };
 
-/// The sum of m Omega max(0, n.D/|D|) over the samples of direction k within R.
+/// The sum of m Omega max(0, n.D/|D|) over the samples within R in direction k.
 fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let n = pixel.n.normalize_or_zero();
@@ -28,11 +29,13 @@ fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
             let solid_angles = if scene.settings.method == Method::Crease {
                 TAU / (directions * steps)
             } else {
-                // The sphere that a texel's pixel is wide: its radius rho, its solid angle Omega, and the m texels
-                // that the sample stands for.
+                // The sample stands for m texels. Each holds a sphere of radius rho, as wide as a texel is at the
+                // sample's depth, and of the solid angle Omega = 2 pi (1 - sqrt(1 - x)), seen from P. x is the square
+                // of the sine of the angle that the radius covers.
                 let depth = if scene.projection.is_perspective() { sample.z } else { 1.0 };
                 let rho = depth * scene.pixel_extent().y / 2.0;
-                // 1 - sqrt(1 - x), without its cancellation where x is small: float64 has none of it left below 1e-16.
+                // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), which does not cancel where x is small. The form on the left
+                // has no correct digit left in float64 where x is below 1e-16.
                 let x = (rho / distance).min(1.0).powi(2);
                 let omega = TAU * x / (1.0 + (1.0 - x).sqrt());
                 let m = TAU * (pixel.jitter[2] + f64::from(i)) * pixel.step_px.x * pixel.step_px.y / directions;

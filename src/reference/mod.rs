@@ -1,5 +1,5 @@
-//! The same equations in float64 on the CPU, without OpenGL: a twin of each pass under the same name, and ray casting.
-//! They are written to be read beside the shaders and to be right, not to be fast.
+//! The equations of the passes in float64 on the CPU, without OpenGL: a twin of each pass under the name of its shader,
+//! and ray casting on the triangles. They are written to be correct and to be read beside the shaders, not to be fast.
 #![doc = include_str!("departures.md")]
 
 pub mod anatomy;

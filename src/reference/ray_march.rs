@@ -1,5 +1,5 @@
-//! The float64 twin of `glsl/ray_march.frag`: rays over the hemisphere marched over the depth image, the brute force of
-//! ShaderX7 6.2.
+//! The float64 twin of `glsl/ray_march.frag`: ambient occlusion by marching rays over the depth image, which ShaderX7
+//! 6.2 gives as the brute-force method.
 
 use super::sampling::{Pixel, Scene, Shift};
 use super::twin::{Twin, directions, no_curve};
@@ -10,15 +10,16 @@ pub(super) const TWIN: Twin = Twin {
     count: directions,
     scale: |settings| settings.strength / (f64::from(settings.directions) * f64::from(settings.rays)),
     curve: no_curve,
-    // Rays would have to grow in number beside directions and steps.
+    // It has no converged form: the number of rays would have to grow together with the directions and steps.
     converged: None,
 };
 
-/// The sum of W over the rays at azimuth j that are stopped.
+/// The sum of W over those rays at azimuth j that a texel stops.
 #[allow(non_snake_case)]
 fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
     let n = pixel.n.normalize_or_zero();
-    // A frame about the normal, with b1 across the axis that n leans on less.
+    // A frame about the normal: b1 and b2 span the tangent plane. b1 is perpendicular to the x axis, or to the y axis
+    // where n is close to the x axis.
     let b1 = n.cross(if n.x.abs() < 0.8 { DVec3::X } else { DVec3::Y }).normalize_or_zero();
     let b2 = n.cross(b1);
     let a = scene.turned(pixel, j);
@@ -29,10 +30,10 @@ fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
     let rays = scene.settings.rays;
     let mut occlusion = 0.0;
     for k in 0..rays {
-        // Uniform over the hemisphere: the zenith's cosine is uniform.
+        // Rays are uniform over the hemisphere if the cosine of their angle to the normal is uniform.
         let cosine = (f64::from(k) + 0.5) / f64::from(rays);
         let ray = cosine * n + (1.0 - cosine * cosine).sqrt() * azimuth;
-        // The end point E, at distance R or at the near plane.
+        // The ray ends at the point E, at the distance R from P or at the near plane, whichever comes first.
         let to_near = if ray.z < 0.0 { (pixel.P.z - scene.near).max(0.0) / -ray.z } else { f64::INFINITY };
         let E = pixel.P + scene.radius.min(to_near) * ray;
         let slope = |point: DVec3| point.truncate() / if perspective { point.z } else { 1.0 };
@@ -41,13 +42,14 @@ fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
             let along = (b + f64::from(i)) / f64::from(pixel.steps + 1);
             let taken = scene.clamped(pixel.p + shift.round(along * across)) - pixel.p;
             let Some(sample) = scene.at(pixel, taken, taken) else { continue };
-            // The ray's own depth there: 1/z is linear in the image, z itself when orthographic.
+            // The depth of the ray at this step. Along the way from P to E in the image 1/z changes linearly, or z when
+            // orthographic.
             let ray_z = if perspective {
                 1.0 / ((1.0 - along) / pixel.P.z + along / E.z)
             } else {
                 (1.0 - along) * pixel.P.z + along * E.z
             };
-            // The first texel in front of the ray stops it; those beyond R are passed over.
+            // The first texel in front of the ray stops it. Texels beyond R are ignored, and so is P's own texel.
             if sample.z < ray_z * (1.0 + shift.comparison) && scene.within(&sample, shift) {
                 occlusion += scene.attenuation(sample.D.length());
                 break;

@@ -1,7 +1,8 @@
-//! What the twins of all methods share: the pixel at hand, and HBAO's samples about it, in float64. They are
-//! `glsl/shared/surface.glsl`, `sampling.glsl`, `tangent.glsl` and `attenuation.glsl`.
+//! The surface point of a pixel, and the samples around it that the horizon methods take, in float64. The twins of the
+//! methods share these. They are the twins of `surface.glsl`, `sampling.glsl`, `tangent.glsl`, `ray.glsl` and
+//! `fetch.glsl` in `glsl/shared/`.
 //!
-//! Names follow the chapter: R, P, D, T and W are its capitals.
+//! Names follow the chapter, which uses the capitals R, P, D, T and W.
 #![allow(non_snake_case)]
 
 use super::attenuation::weight;
@@ -13,61 +14,67 @@ use crate::settings::{Clamp, Settings, Snap};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// By how much decisions are shifted, relative: for finding pixels where float32 may decide otherwise.
+/// By how much decisions are shifted, as a relative amount. Shifted runs find the pixels where float32 may decide
+/// otherwise than float64.
 #[derive(Clone, Copy)]
 pub(super) struct Shift {
-    /// Of what is rounded to whole texels.
+    /// The shift of offsets before they are rounded to whole texels.
     pub(super) rounding: f64,
-    /// Of what a step, a distance, a depth and a sine are compared with.
+    /// The shift of the values that steps, distances, depths and sines are compared with.
     pub(super) comparison: f64,
 }
 
+/// No shift.
 pub(super) const EXACT: Shift = Shift { rounding: 0.0, comparison: 0.0 };
 
 impl Shift {
-    /// To whole texels.
+    /// Rounds an offset to whole texels: floor(x + 0.5).
     pub(super) fn round(self, offset: DVec2) -> DVec2 {
         (offset * (1.0 + self.rounding) + 0.5).floor()
     }
 }
 
-/// What is known of a pixel before any direction is looked into.
+/// The surface point P of the pixel that is being evaluated, its normal and its jitter.
 pub(super) struct Pixel {
-    /// In the window: a texel's centre.
+    /// The window position: a texel's centre.
     pub(super) p: DVec2,
+    /// The surface point, in eye space.
     pub(super) P: DVec3,
-    /// The direction of the ray through p.
+    /// The direction (x', y', 1) of the ray through p; (0, 0, 1) when orthographic.
     pub(super) r: DVec3,
-    /// The normal, of any length, turned to the eye.
+    /// The normal, of any length, turned towards the eye.
     pub(super) n: DVec3,
     /// N_s, the samples in each direction.
     pub(super) steps: u32,
     /// The step between two samples, in texels.
     pub(super) step_px: DVec2,
-    /// cos a, sin a, b; for `ssao` a unit vector.
+    /// The tile's texel for this pixel: (cos a, sin a, b), or for `ssao` a unit vector.
     pub(super) jitter: [f64; 3],
 }
 
-/// One sample that lies on a surface, and not on P's own texel.
+/// A sample S that lies on a surface, and not on P's own texel.
 pub(super) struct Sample {
     /// S - P.
     pub(super) D: DVec3,
-    /// Its depth.
+    /// The depth of the texel that was read.
     pub(super) z: f64,
-    /// The texel read, less P's own.
+    /// The way from P's texel to the texel that was read.
     pub(super) taken: DVec2,
 }
 
-/// One direction about a pixel.
+/// One direction around a pixel.
 pub(super) struct Direction {
+    /// The way from one sample to the next in texels, before any rounding.
     exact_stride: DVec2,
-    /// From a sample to the next, in texels; rounded where the step is.
+    /// The way from one sample to the next in texels, rounded if `snap` is `step`.
     pub(super) stride: DVec2,
+    /// The jitter's offset in texels, rounded; it is used if `snap` is `step`.
     first: DVec2,
+    /// The jitter's offset as a fraction of a step.
     b: f64,
 }
 
-/// A method's inputs and settings.
+/// The inputs and settings of a method.
 pub(super) struct Scene<'a> {
     depth: Image<f64>,
     normals: Image<[f64; 3]>,
@@ -75,20 +82,27 @@ pub(super) struct Scene<'a> {
     pub(super) projection: Projection,
     pub(super) near: f64,
     pub(super) settings: &'a Settings,
-    /// R, scene units.
+    /// R in scene units.
     pub(super) radius: f64,
-    /// The distance beyond which samples are ignored: R.
+    /// The distance beyond which samples are ignored. It is R, except in [`super::anatomy::Anatomy::with_outliers`].
     pub(super) reach: f64,
-    /// How many pixels of the inputs, in x and y, a texel of the result stands for: (i, j) for the pixel
+    /// How many pixels of the inputs one texel of the result stands for, in x and y. Texel (i, j) stands for pixel
     /// (scale i, scale j). All positions and offsets here are in texels of the result.
     scale: usize,
 }
 
 impl<'a> Scene<'a> {
+    /// Prepares the inputs for the method of the settings.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the radius is in percent, if depth and normals have different sizes, or if the tile is not
+    /// 4x4.
     pub(super) fn new<F: Copy + Into<f64>>(inputs: &Inputs<'a, F>, settings: &'a Settings) -> Result<Scene<'a>, Error> {
         let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
-            return Err(Error::Usage("depth and normals must be of one size, and the rotation tile 4x4".into()));
+            return Err(Error::Usage(
+                "depth and normals must have the same size, and the rotation tile must have 4x4 texels".into(),
+            ));
         }
         let radius = settings.radius_read()?;
         Ok(Scene {
@@ -104,12 +118,13 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// None on background.
+    /// The surface point at texel (x, y) of the result; `None` on background.
     pub(super) fn pixel(&self, x: usize, y: usize) -> Option<Pixel> {
         self.pixel_shifted(x, y, EXACT)
     }
 
-    /// The same; a surface that is seen edge-on but for the shift is turned the other way.
+    /// [`Scene::pixel`] with shifted comparisons: the normal of a surface that is seen edge-on within the shift is
+    /// turned the other way.
     pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = self.depth(x, y);
@@ -125,13 +140,13 @@ impl<'a> Scene<'a> {
             // The tangent plane is the same for n and -n.
             n: if n.dot(r) > shift.comparison * n.length() * r.length() { -n } else { n },
             steps: self.settings.steps,
-            // R in texels, divided into steps.
+            // The step is R in texels, divided by N_s + 1.
             step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
             jitter: self.tile.at(x % 4, y % 4).map(f64::from),
         })
     }
 
-    /// Eq. 6.2.10: direction k, turned by a.
+    /// Eq. 6.2.10: direction k, turned by the tile's angle a.
     pub(super) fn direction(&self, pixel: &Pixel, k: u32, shift: Shift) -> Direction {
         let [_, _, b] = pixel.jitter;
         let exact_stride = pixel.step_px * self.turned(pixel, k);
@@ -140,14 +155,14 @@ impl<'a> Scene<'a> {
         Direction { exact_stride, stride, first: shift.round(b * exact_stride), b }
     }
 
-    /// The unit vector at angle 2 pi k / N_d, turned by a.
+    /// The unit vector at the angle 2 pi k / N_d, turned by the tile's angle a.
     pub(super) fn turned(&self, pixel: &Pixel, k: u32) -> DVec2 {
         let [cos_a, sin_a, _] = pixel.jitter;
         let theta = TAU * f64::from(k) / f64::from(self.settings.directions);
         DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta))
     }
 
-    /// Sample i = 1..N_s of a direction; none where it is ignored.
+    /// Sample i = 1..N_s of a direction. `None` if it is ignored: on background, and on P's own texel.
     pub(super) fn sample(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Option<Sample> {
         let s = self.settings;
         let exact = (direction.b + f64::from(i)) * direction.exact_stride;
@@ -156,7 +171,7 @@ impl<'a> Scene<'a> {
             Snap::Sample | Snap::None => shift.round(exact),
         };
         let taken = self.clamped(pixel.p + offset) - pixel.p;
-        // Where the sample is taken to lie, in texels from p.
+        // `at` is where S is assumed to lie in the image, in texels from P.
         let at = match (s.clamp, s.snap) {
             (Clamp::Position, _) if taken != offset => taken,
             (_, Snap::None) => exact,
@@ -165,8 +180,8 @@ impl<'a> Scene<'a> {
         self.at(pixel, taken, at)
     }
 
-    /// The texel at `taken` from the pixel's own, as a sample that lies at `at`; none on background, and none on the
-    /// pixel's own texel.
+    /// The sample that reads the texel at the offset `taken` from P's own, and is assumed to lie at the offset `at`.
+    /// `None` on background, and on P's own texel.
     pub(super) fn at(&self, pixel: &Pixel, taken: DVec2, at: DVec2) -> Option<Sample> {
         let q = pixel.p + taken;
         let z = self.depth(q.x as usize, q.y as usize);
@@ -174,33 +189,35 @@ impl<'a> Scene<'a> {
         (!ignored).then(|| Sample { D: self.position(pixel.p + at, z) - pixel.P, z, taken })
     }
 
-    /// Within R?
+    /// Whether the sample lies within R.
     pub(super) fn within(&self, sample: &Sample, shift: Shift) -> bool {
         sample.D.length() <= self.reach * (1.0 + shift.comparison)
     }
 
-    /// W(r).
+    /// The attenuation W(r).
     pub(super) fn attenuation(&self, r: f64) -> f64 {
         weight(self.settings.attenuation, r, self.radius)
     }
 
-    /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), (du, dv) that of an offset in
-    /// texels, raised by the angle bias to at most 90 degrees.
+    /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), where (du, dv) belongs to an
+    /// offset in texels. The elevation is raised by the angle bias, to at most 90 degrees.
     pub(super) fn sine_of_tangent(&self, pixel: &Pixel, offset: DVec2) -> f64 {
         let T = self.tangent(pixel, offset);
         let t = (-T.z).atan2(T.truncate().length());
         (t + self.settings.bias).min(FRAC_PI_2).sin()
     }
 
-    /// The tangent of Eq. 6.2.11 for an offset in texels; only its direction counts.
+    /// The tangent T of Eq. 6.2.11 for an offset in texels. Its length has no meaning.
     pub(super) fn tangent(&self, pixel: &Pixel, offset: DVec2) -> DVec3 {
         let (n, r, lateral) = (pixel.n, pixel.r, offset * self.pixel_extent());
-        // dP/dx' = z (e_x - r n.x / (n.r)), here times -(n.r) / z, which is positive and finite edge-on.
+        // dP/dx' = z (e_x - r n.x / (n.r)). T is multiplied by -(n.r) / z: that is positive, so the direction stays,
+        // and no division by n.r is left, which is 0 where the surface is seen edge-on.
         let derivative = |e: DVec3| -n.dot(r) * e + n.dot(e) * r;
         lateral.x * derivative(DVec3::X) + lateral.y * derivative(DVec3::Y)
     }
 
-    /// The point at depth z on the ray through the window position p.
+    /// The surface point at depth z on the ray through the window position p: z (x', y', 1), or (x', y', z) when
+    /// orthographic.
     pub(super) fn position(&self, p: DVec2, z: f64) -> DVec3 {
         let slope = (p - self.axis()) * self.pixel_extent();
         match self.projection {
@@ -209,7 +226,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// r, the direction of the ray through p.
+    /// r, the direction of the ray through the window position p: (x', y', 1), or (0, 0, 1) when orthographic.
     pub(super) fn ray(&self, p: DVec2) -> DVec3 {
         match self.projection {
             Projection::Perspective { .. } => self.position(p, 1.0),
@@ -217,29 +234,31 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// What a texel adds to x' and y'.
+    /// What one texel adds to x' and y'.
     pub(super) fn pixel_extent(&self) -> DVec2 {
         let full = DVec2::new(self.depth.width as f64, self.depth.height as f64);
         let half = DVec2::from(self.projection.half_extents());
         self.scale as f64 * 2.0 * half / full
     }
 
-    /// Where the view's axis lies: in the middle of the inputs, whose pixel scale i + 0.5 is texel i + 0.5.
+    /// The point of the result that the view's axis goes through: the middle of the inputs. Position i + 0.5 in the
+    /// result is position scale i + 0.5 in the inputs.
     fn axis(&self) -> DVec2 {
         let middle = DVec2::new(self.depth.width as f64, self.depth.height as f64) / 2.0;
         (middle - 0.5) / self.scale as f64 + 0.5
     }
 
+    /// The depth at texel (x, y) of the result.
     pub(super) fn depth(&self, x: usize, y: usize) -> f64 {
         self.depth_of_pixel(self.scale * x, self.scale * y)
     }
 
-    /// Of a pixel of the inputs, where that is another than a texel of the result.
+    /// The depth at pixel (x, y) of the inputs.
     pub(super) fn depth_of_pixel(&self, x: usize, y: usize) -> f64 {
         self.depth.at(x, y)
     }
 
-    /// R projected at depth z, in texels (Figure 6.2.11).
+    /// R projected to the image at the depth z, in texels (Figure 6.2.11).
     pub(super) fn radius_in_texels(&self, z: f64) -> DVec2 {
         match self.projection {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
@@ -247,17 +266,17 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The inputs' width and height, in texels of the result.
+    /// The size of the inputs in texels of the result. It need not be whole.
     pub(super) fn extent(&self) -> DVec2 {
         DVec2::new(self.depth.width as f64, self.depth.height as f64) / self.scale as f64
     }
 
-    /// Width and height of the result.
+    /// The width and height of the result.
     pub(super) fn size(&self) -> (usize, usize) {
         (self.depth.width.div_ceil(self.scale), self.depth.height.div_ceil(self.scale))
     }
 
-    /// The nearest texel's centre in the image.
+    /// The window position p, clamped to the centres of the texels in the image.
     pub(super) fn clamped(&self, p: DVec2) -> DVec2 {
         let (width, height) = self.size();
         p.clamp(DVec2::splat(0.5), DVec2::new(width as f64, height as f64) - 0.5)

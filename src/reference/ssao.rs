@@ -1,5 +1,5 @@
-//! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1, the share of
-//! open space among points about P.
+//! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of
+//! points around P that lie in open space, in front of the surface seen there.
 
 use super::sampling::{Pixel, Scene, Shift};
 use super::twin::Twin;
@@ -11,21 +11,21 @@ pub(super) const TWIN: Twin = Twin {
     count: |settings| settings.ssao_samples,
     scale: |settings| 1.0 / f64::from(settings.ssao_samples),
     curve: |settings| settings.ssao_curve == Toggle::On,
-    // Its offsets are those that there are.
+    // It has no converged form, because its offsets are a fixed set.
     converged: None,
 };
 
-/// What sample i = `index` + 1 takes from accessibility: 1 less what it adds.
+/// What sample i = `index` + 1 takes away from the accessibility: 1 less what it adds to it.
 #[allow(non_snake_case)]
 fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     let settings = scene.settings;
     let (l, mut offset) = kernel(scene, pixel, index);
 
-    // An offset is in texture coordinates across, and in 2 P.z in depth.
+    // An offset's x and y are texture coordinates, and its z is in units of 2 P.z.
     let texels = |offset: DVec3| offset.truncate() * scene.extent();
     if settings.ssao_normals == Toggle::On {
-        // Future improvements: no sample behind the surface. n.(Q - P) decides, Q the point at the sample's depth on
-        // the ray through its position.
+        // 6.1, Future improvements: no sample lies behind the surface. Q is the point at the sample's depth on the ray
+        // through the sample's position. Where n.(Q - P) is negative, the offset is reversed.
         let Q = scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
         let D = Q - pixel.P;
         if pixel.n.dot(D) < shift.comparison * pixel.n.length() * D.length() {
@@ -33,7 +33,7 @@ fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
         }
     }
 
-    // The nearest texel, in the image.
+    // The sample reads the nearest texel in the image.
     let q = scene.clamped(pixel.p + shift.round(texels(offset)));
     let (x, y, scale) = (q.x as usize, q.y as usize, settings.ao_scale() as usize);
     let z = match settings.ssao_depth {
@@ -43,32 +43,33 @@ fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     if z.is_infinite() {
         return 0.0;
     }
-    // S.z > P.z + 2 P.z offset.z, as rises above P over the reach 2 P.z l, which are sines: reach is a hundredth of the
-    // depth, and a shift relative to the depth itself would be a hundred times what float32 can be off by.
+    // The point is open where S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by the reach
+    // of the offset, 2 P.z l, which is 2 % to 20 % of P.z. So the shift is relative to the reach. A shift relative to
+    // the depth would be 5 to 45 times as large, far more than float32 can be off by.
     let reach = 2.0 * pixel.P.z * l;
     let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
-    // Depth range check: 0.5 where the surface is too far in front of P.
+    // 6.1, depth range check: the sample counts 0.5 where the surface is too far in front of P.
     let range = ((pixel.P.z - z) / z).clamp(0.0, 1.0);
     1.0 - (open * (1.0 - range) + 0.5 * range)
 }
 
-/// The length l_i and the turned offset of sample i = `index` + 1.
+/// The length l_i and the rotated offset of sample i = `index` + 1.
 pub(super) fn kernel(scene: &Scene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
     let n = f64::from(scene.settings.ssao_samples);
-    // SSAO pixel shader: offsets are a cube's corners, x outermost and z innermost, of lengths l_i that grow on across
-    // the octets.
+    // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i, which are 0.01 (1 +
+    // 2.4/n)^i. Sample i uses the corner `index` modulo 8; x changes its sign most slowly, z fastest.
     let side = |corner: u32| if corner.is_multiple_of(2) { -1.0 } else { 1.0 };
     let corner = DVec3::new(side(index / 4), side(index / 2), side(index));
     let l = 0.01 * (1.0 + 2.4 / n).powi(index as i32 + 1);
     (l, turned(scene.settings.ssao_rotation, pixel.jitter.into(), l * corner / 3f64.sqrt()))
 }
 
-/// Randomly rotated kernel: an offset turned by the tile's vector.
+/// An offset turned by v, a unit vector from the tile (6.1, Randomly rotated kernel).
 fn turned(rotation: SsaoRotation, v: DVec3, offset: DVec3) -> DVec3 {
     match rotation {
-        // Future improvements: mirrored at the plane with normal v.
+        // 6.1, Future improvements: the offset o is reflected in the plane with the normal v, o - 2 (o.v) v.
         SsaoRotation::Mirror => offset - 2.0 * offset.dot(v) * v,
-        // The rotation that carries (0, 0, 1) to v. v.z >= 0 in the tile, so h is never singular.
+        // The rotation that carries (0, 0, 1) to v. The tile has v.z >= 0 only, so the division is never by 0.
         SsaoRotation::Matrix => {
             let h = 1.0 / (1.0 + v.z);
             let x = DVec3::new(h * v.y * v.y + v.z, -h * v.x * v.y, -v.x);
@@ -86,7 +87,7 @@ mod tests {
 
     #[test]
     fn turned_offsets_keep_their_lengths_and_the_matrix_carries_z_to_the_tiles_vector() {
-        // The horizon and the zenith too, which the tile need not hold.
+        // These include vectors on the horizon and at the zenith, which the tile need not hold.
         for v in vectors().chain([DVec3::X, DVec3::NEG_Y, DVec3::Z]) {
             assert!(turned(SsaoRotation::Matrix, v, DVec3::Z).distance(v) < 1e-7);
             assert!(turned(SsaoRotation::Mirror, v, v).distance(-v) < 1e-6);

@@ -1,4 +1,4 @@
-//! Rays against triangles in float64, both sides.
+//! Intersects rays with triangles in float64. Both sides of a triangle are hit.
 
 use crate::scene::Mesh;
 use glam::DVec3;
@@ -10,26 +10,27 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 use std::ops::RangeInclusive;
 
-/// By how much float32 boxes are widened, as a share of the scene's size: float32 arithmetic on coordinates of at most
-/// 1 is right to a few 1e-7, and a box that is too large costs time but no hit.
+/// By how much the float32 boxes are enlarged, as a share of the scene's size. In this unit coordinates are at most 1,
+/// and float32 arithmetic on them is correct to a few 1e-7. A box that is too large costs time, but no hit is lost.
 const MARGIN: f64 = 2e-6;
 
-/// How far before the scene's box a ray starts in its search of the boxes, as a share of the scene's size: obvhs passes
-/// over every box that ends within 1e-4 of the start, such as those of a flat scene.
+/// How far in front of the scene's box a ray starts when it is traced through the boxes, as a share of the scene's
+/// size. obvhs ignores every box that ends within 1e-4 of the start of a ray, such as the boxes of a flat scene.
 const RUN_UP: f64 = 1e-3;
 
-/// Where a ray meets a triangle.
+/// The point where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The point is origin + t direction.
+    /// The parameter of the point, which is origin + t direction.
     pub t: f64,
-    /// Which triangle of the mesh.
+    /// The index of the triangle in the mesh.
     pub triangle: usize,
-    /// The weights of its three corners at the point; they add up to 1.
+    /// The weights of the three corners at the point. They add up to 1.
     pub barycentric: DVec3,
 }
 
-/// A mesh made ready for rays: float32 boxes choose the triangles, which are met in float64.
+/// A mesh prepared for tracing rays. Boxes in float32 select the candidate triangles, and the intersection is computed
+/// in float64.
 pub struct Tracer<'a> {
     mesh: &'a Mesh,
     hierarchy: Bvh2,
@@ -38,6 +39,7 @@ pub struct Tracer<'a> {
     scale: f64,
 }
 
+/// The bounding box of one triangle.
 struct Bounds(Aabb);
 
 impl Boundable for Bounds {
@@ -47,11 +49,13 @@ impl Boundable for Bounds {
 }
 
 impl Tracer<'_> {
-    /// Builds the bounding volume hierarchy.
+    /// Builds the bounding volume hierarchy of the mesh.
+    #[must_use]
     pub fn new(mesh: &Mesh) -> Tracer<'_> {
         let bounds = mesh.bounds();
         let centre = bounds.0.midpoint(bounds.1);
-        // Boxes are about the scene's centre and of its size, so that float32 serves at any offset and scale.
+        // Boxes are relative to the scene's centre and in units of its size, so that float32 has the same precision at
+        // any offset and scale.
         let scale = 1.0 / mesh.diagonal().max(f64::MIN_POSITIVE);
         let boxes: Vec<Bounds> = mesh
             .triangles
@@ -59,8 +63,9 @@ impl Tracer<'_> {
             .enumerate()
             .map(|(number, triangle)| {
                 let [a, b, c] = triangle.map(|i| (mesh.positions[i as usize] - centre) * scale);
-                // No two boxes are the same: among thousands of the same, PLOC would find few pairs in each round,
-                // and take the square of their number. By a multiplicative hash, from one to two margins.
+                // Each triangle gets a margin of its own, one to two times MARGIN by a multiplicative hash, so that no
+                // two boxes are equal. Among thousands of equal boxes PLOC would find few pairs in each round, and its
+                // time would grow with the square of their number.
                 let hash = (number as u32).wrapping_mul(0x9e37_79b9);
                 let margin = MARGIN * (1.0 + f64::from(hash) / f64::from(u32::MAX));
                 let low = a.min(b).min(c) - margin;
@@ -71,18 +76,21 @@ impl Tracer<'_> {
         Tracer { mesh, hierarchy: hierarchy(&boxes), bounds, centre, scale }
     }
 
-    /// The nearest hit with t in `range`; `direction` may have any length, t counts in it.
+    /// Finds the nearest hit with t in `range`. `direction` may have any length, and t is in units of that length.
+    #[must_use]
     pub fn nearest(&self, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
         self.nearest_but(origin, direction, range, usize::MAX)
     }
 
-    /// The unit normal of a triangle, to the side from which its corners turn left; of a triangle without area, any.
+    /// The unit normal of a triangle. Seen from the side that it points to, the corners are in counter-clockwise order.
+    /// For a triangle without area it is some unit vector.
+    #[must_use]
     pub fn normal(&self, triangle: usize) -> DVec3 {
         let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize]);
         (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(DVec3::Y)
     }
 
-    /// [`Tracer::nearest`] that passes through the triangle `but`: the one that the ray starts on.
+    /// [`Tracer::nearest`] that ignores the triangle `but`, on which the ray starts.
     pub(super) fn nearest_but(
         &self,
         origin: DVec3,
@@ -90,15 +98,16 @@ impl Tracer<'_> {
         range: RangeInclusive<f64>,
         but: usize,
     ) -> Option<Hit> {
-        // The part of the ray within the scene's box, so that what float32 sees is near it.
+        // Only the part of the ray within the scene's box is traced through the boxes, so that float32 deals with near
+        // points.
         let (enter, leave) = self.clip(origin, direction, &range)?;
         let length = direction.length();
-        // In boxes, t counts scene sizes from the run-up's start.
+        // Among the boxes, t is in units of the scene's size, and starts at the start of the run-up.
         let unit = length * self.scale;
         let start = (origin + enter * direction - self.centre) * self.scale - RUN_UP / length * direction;
         let in_boxes = |t: f64| ((t - enter) * unit + RUN_UP + 4.0 * MARGIN) as f32;
         let reach = in_boxes(leave);
-        // obvhs takes -0 for positive in one place and for negative in another; adding 0 makes it 0.
+        // obvhs treats -0 as positive in one place and as negative in another. Adding 0 turns it into 0.
         let ray = Ray::new(start.as_vec3a(), (direction / length + 0.0).as_vec3a(), 0.0, reach);
         let mut nearest: Option<Hit> = None;
         let mut end = *range.end();
@@ -116,7 +125,7 @@ impl Tracer<'_> {
         nearest
     }
 
-    /// The range of t in which the ray lies within the mesh's bounding box, somewhat widened.
+    /// The range of t in which the ray lies within the slightly enlarged bounding box of the mesh.
     fn clip(&self, origin: DVec3, direction: DVec3, range: &RangeInclusive<f64>) -> Option<(f64, f64)> {
         let (low, high) = self.bounds;
         let widened = 2.0 * MARGIN / self.scale;
@@ -137,14 +146,16 @@ impl Tracer<'_> {
         (enter <= leave).then_some((enter, leave))
     }
 
-    /// Where the ray meets one triangle, from either side. By the signs of the volumes that the ray spans with each
-    /// edge: neighbours compute the same number for a shared edge, so no ray slips between them.
+    /// The point where the ray meets one triangle, from either side. The test uses the signs of the volumes that the
+    /// ray spans with each edge. Two triangles compute the same number for the edge that they share, so no ray passes
+    /// between them.
     fn meet(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
         let hit = self.meet_plane(origin, direction, triangle)?;
         (hit.barycentric.min_element() >= 0.0).then_some(hit)
     }
 
-    /// Where the ray meets a triangle's plane, inside the triangle or not; barycentric weights outside are negative.
+    /// The point where the ray meets the plane of a triangle. Outside the triangle some barycentric weights are
+    /// negative.
     pub(super) fn meet_plane(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
         let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize] - origin);
         let weights = DVec3::new(direction.dot(c.cross(b)), direction.dot(a.cross(c)), direction.dot(b.cross(a)));
@@ -159,8 +170,9 @@ impl Tracer<'_> {
     }
 }
 
-/// Boxes in twos. obvhs' hierarchy of eights is faster by less than a tenth, but its stack has 32 places, and what is
-/// made of thousands of triangles on the same points is deeper than that.
+/// Builds a hierarchy in which each node has two children. obvhs also has one with eight children, which is faster by
+/// less than a tenth. But its stack has 32 entries, and a hierarchy of thousands of triangles on the same points is
+/// deeper.
 fn hierarchy(boxes: &[Bounds]) -> Bvh2 {
     let params = BvhBuildParams::medium_build();
     let all = (0..boxes.len() as u32).collect();
@@ -172,7 +184,8 @@ fn hierarchy(boxes: &[Bounds]) -> Bvh2 {
         params.search_depth_threshold,
     );
     ReinsertionOptimizer::default().run(&mut hierarchy, params.reinsertion_batch_ratio, None);
-    // The places that a ray's stack has. Reinsertion moves subtrees, and leaves this as it was.
+    // obvhs sizes the stack of a ray by `max_depth`. Reinsertion moves subtrees but does not update this number, so it
+    // is computed here.
     let mut deepest = 0;
     let mut open = vec![(0, 1)];
     while let Some((node, depth)) = open.pop() {
@@ -186,7 +199,7 @@ fn hierarchy(boxes: &[Bounds]) -> Bvh2 {
     hierarchy
 }
 
-/// Every triangle in turn, without a hierarchy: what [`Tracer::nearest`] must equal.
+/// Tests every triangle, without a hierarchy. [`Tracer::nearest`] must return the same hit.
 #[cfg(test)]
 fn nearest_of_all(tracer: &Tracer, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
     (0..tracer.mesh.triangles.len())

@@ -1,8 +1,9 @@
-//! Ray-traced ambient occlusion, Eq. 6.2.3 of ShaderX7, on the triangles themselves: what the methods are measured
-//! against.
+//! Ray-traced ambient occlusion, Eq. 6.2.3 of ShaderX7, on the triangles themselves. The methods are measured against
+//! it.
 //!
-//! A = 1 - 1/(2 pi) times the integral of V W over the hemisphere about the normal: a ray in a uniform direction of it
-//! that meets a triangle within R, from either side, occludes by W of the distance.
+//! A = 1 - 1/(2 pi) times the integral of V W over the hemisphere around the normal. It is estimated by rays in
+//! uniformly distributed directions. A ray that meets a triangle within R, from either side, occludes by W of the
+//! distance; all others occlude by 0.
 
 use super::attenuation::weight;
 use super::trace::{Hit, Tracer};
@@ -15,15 +16,15 @@ use rand_pcg::rand_core::Rng;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Of what each pixel's sequence of random numbers is made.
+/// The seed of the random numbers. Together with its index it gives each pixel a sequence of its own.
 const SEED: u128 = 0x7472_7574_6820_2008;
 
-/// How far from its start a ray begins to look for occluders, as a share of the scene's size and of the start's
-/// distance from the world's origin. A ray that leaves a plane meets it again only by rounding, some 1e-16 of these
-/// away; an occluder nearer than this is missed.
+/// How far from its start a ray begins to look for occluders. It is a share of the sum of the scene's diagonal and the
+/// largest coordinate of the scene or the eye. A ray that leaves a plane meets it again only because of rounding,
+/// within some 1e-16 of that sum. An occluder nearer than this distance is missed.
 const CLEARANCE: f64 = 1e-11;
 
-/// What is traced: a scene seen by a camera, with the radius and attenuation of the settings.
+/// A scene seen by a camera, prepared for tracing with the radius and attenuation of the settings.
 pub struct Truth<'a> {
     tracer: Tracer<'a>,
     camera: &'a Camera,
@@ -34,23 +35,25 @@ pub struct Truth<'a> {
     clearance: f64,
 }
 
-/// Visibility of some pixels, and how noisy it is.
+/// The visibility of some pixels, and its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traced {
-    /// A in [0, 1], in the order in which the pixels were given; 1 on background.
+    /// A in [0, 1], in the order in which the pixels were given. Background is 1.
     pub visibility: Vec<f64>,
-    /// Which of the pixels hold a surface.
+    /// For each pixel in the same order, whether it shows a surface.
     pub covered: Vec<bool>,
-    /// The root of the mean variance of a covered pixel's A, estimated from two independent halves of its rays.
+    /// The noise of A: the square root of the mean variance over the covered pixels. It is estimated from two
+    /// independent halves of the rays of each pixel.
     pub noise_rmse: f64,
 }
 
 impl<'a> Truth<'a> {
-    /// Prepares to trace `rays` rays from each pixel's surface point; even, and at least 2, since the noise is
-    /// estimated from two halves.
+    /// Prepares to trace `rays` rays from the surface point of each pixel, for images of `size` (width, height). The
+    /// number must be even and at least 2, because the noise is estimated from two halves. Of the settings only the
+    /// radius and the attenuation are read.
     ///
     /// # Errors
-    /// A radius in percent, or a number of rays that is odd or 0.
+    /// [`Error::Usage`] if the radius is in percent, or if the number of rays is odd or 0.
     pub fn new(
         mesh: &'a Mesh,
         camera: &'a Camera,
@@ -60,7 +63,7 @@ impl<'a> Truth<'a> {
     ) -> Result<Truth<'a>, Error> {
         if rays == 0 || !rays.is_multiple_of(2) {
             return Err(Error::Usage(format!(
-                "{rays} rays: give an even number of at least 2, half for each estimate"
+                "{rays} rays: give an even number of at least 2, because the noise is estimated from two halves"
             )));
         }
         let (low, high) = mesh.bounds();
@@ -76,8 +79,10 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Traces the pixels of these indices (y * width + x, y up), on all cores. `progress` is called with the number of
-    /// pixels done since its last call, from any thread. The result does not depend on the order or the threads.
+    /// Traces the pixels of these indices (y * width + x, y up) on all cores. `progress` is called from any thread,
+    /// with the number of pixels finished since its last call. The result does not depend on the order of the pixels or
+    /// on the threads.
+    #[must_use]
     pub fn trace(&self, pixels: &[usize], progress: impl Fn(usize) + Sync) -> Traced {
         const CHUNK: usize = 256;
         let of_chunk = |chunk: &[usize]| {
@@ -86,8 +91,8 @@ impl<'a> Truth<'a> {
             traced
         };
         let halves: Vec<Option<[f64; 2]>> = pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
-        // Each half has twice the variance of their mean, and their difference four times.
-        // From 0, since an empty sum is -0.
+        // A half has twice the variance of the mean of both, and the difference of the halves four times. The sum is
+        // folded from 0 because an empty `sum()` is -0.
         let squares = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).fold(0.0, |sum, square| sum + square);
         let covered: Vec<bool> = halves.iter().map(Option::is_some).collect();
         let count = covered.iter().filter(|&&covered| covered).count();
@@ -98,7 +103,7 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// Two independent estimates of A; none on background.
+    /// Two independent estimates of A; `None` on background.
     fn pixel(&self, pixel: usize) -> Option<[f64; 2]> {
         let (x, y) = (pixel % self.size.0, pixel / self.size.0);
         let (u, v) = ((x as f64 + 0.5) / self.size.0 as f64, (y as f64 + 0.5) / self.size.1 as f64);
@@ -112,13 +117,13 @@ impl<'a> Truth<'a> {
         let (b1, b2) = normal.any_orthonormal_pair();
 
         let mut random = Pcg64Mcg::new(SEED ^ (pixel as u128) << 1);
-        // The first numbers of neighbouring seeds are alike.
+        // Neighbouring seeds give similar first numbers, so these are skipped.
         (0..4).for_each(|_| _ = random.next_u64());
         let mut uniform = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         Some([(); 2].map(|()| {
             let mut occlusion = 0.0;
             for [up, turn] in stratified(self.rays / 2, &mut uniform) {
-                // Uniform over the hemisphere: the zenith's cosine is uniform.
+                // Rays are uniform over the hemisphere if the cosine of their angle to the normal is uniform.
                 let (across, angle) = ((1.0 - up * up).sqrt(), TAU * turn);
                 let ray = up * normal + across * (angle.cos() * b1 + angle.sin() * b2);
                 if let Some(hit) = self.occluder(point, ray, seen.triangle) {
@@ -129,14 +134,16 @@ impl<'a> Truth<'a> {
         }))
     }
 
-    /// The nearest triangle on a ray of unit length from a point on the triangle `own`, within R.
+    /// Finds the nearest triangle within R on a ray from a point on the triangle `own`, which is ignored. `ray` must
+    /// have unit length.
+    #[must_use]
     pub fn occluder(&self, point: DVec3, ray: DVec3, own: usize) -> Option<Hit> {
         self.tracer.nearest_but(point, ray, self.clearance..=self.radius, own)
     }
 }
 
-/// `count` points of the unit square, one at random in each of as many cells of equal area: rows of about as many cells
-/// as there are rows, each as high as its share of the cells.
+/// Divides the unit square into `count` cells of equal area, and returns one random point in each. The cells form rows.
+/// There are about as many rows as cells in a row, and the height of a row is its share of the cells.
 fn stratified(count: u32, uniform: &mut impl FnMut() -> f64) -> Vec<[f64; 2]> {
     let rows = f64::from(count).sqrt().round().max(1.0) as u32;
     let mut points = Vec::with_capacity(count as usize);
@@ -163,7 +170,7 @@ mod tests {
             let points = stratified(count, &mut uniform);
             assert_eq!(points.len(), count as usize);
             assert!(points.iter().flatten().all(|c| (0.0..1.0).contains(c)));
-            // In rows of equal cells the mean height is near a half, far nearer than of points at random.
+            // In rows of equal cells the mean height is close to 1/2, much closer than for points at random.
             let mean = points.iter().map(|point| point[0]).sum::<f64>() / f64::from(count);
             assert!((mean - 0.5).abs() < 1.0 / f64::from(count).sqrt(), "{count}: {mean}");
         }

@@ -1,4 +1,4 @@
-//! Ambient occlusion of an image by the twins, and where float32 may differ from them.
+//! Computes the ambient occlusion of an image by the twins, and finds the pixels where float32 may differ from them.
 
 use super::inputs::Inputs;
 use super::sampling::{EXACT, Scene, Shift};
@@ -8,11 +8,11 @@ use crate::image::Image;
 use crate::settings::Settings;
 use rayon::prelude::*;
 
-/// Visibility A in [0, 1] by the settings' method, before any blur; 1 on background. At half resolution the image has
-/// half the inputs' width and height, rounded up.
+/// Computes visibility A in [0, 1] by the method of the settings, before any blur. Background is 1. At half resolution
+/// the image has half the width and height of the inputs, rounded up.
 ///
 /// # Errors
-/// A radius in percent, or images of different sizes.
+/// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
 pub fn visibility<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<f64>, Error> {
     let scene = Scene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
@@ -26,11 +26,12 @@ pub fn visibility<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) 
     }))
 }
 
-/// The pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative,
-/// either way and in each direction or sample apart: where float32 may decide otherwise than float64.
+/// Finds the pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative.
+/// There float32 may decide otherwise than float64. Both are shifted up and down, and for each direction or sample
+/// separately.
 ///
 /// # Errors
-/// As [`visibility`].
+/// The same as for [`visibility`].
 pub fn ambiguous<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<bool>, Error> {
     let scene = Scene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
@@ -45,7 +46,7 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -
         let turned = shifts.map(|shift| scene.pixel_shifted(x, y, shift));
         let moves: f64 = (0..method.count)
             .map(|k| {
-                // Where the exit itself is in doubt, the whole occlusion is.
+                // Where the early exit itself is in doubt, A may move by the whole occlusion.
                 let exact = if exits.contains(&true) { 0.0 } else { (method.occlusion)(&scene, &pixel, k, EXACT) };
                 let shifted = shifts
                     .iter()

@@ -76,8 +76,8 @@ impl Masonry {
         Masonry { triangles: Vec::new(), colour: 0 }
     }
 
-    /// Gives the colour with this index to what is built next.
-    pub(super) fn of(&mut self, colour: usize) -> &mut Masonry {
+    /// Sets the material, as an index into the colours, of what is built next.
+    pub(super) fn made_of(&mut self, colour: usize) -> &mut Masonry {
         self.colour = colour;
         self
     }

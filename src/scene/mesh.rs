@@ -35,8 +35,9 @@ pub struct Group {
 impl Mesh {
     /// Makes a white mesh without normals.
     ///
-    /// # Errors [`Error::Usage`] if there is no triangle, if a coordinate is not finite or above 1e15 in magnitude, or
-    /// if an index is out of range.
+    /// # Errors
+    /// [`Error::Usage`] if there is no triangle, if a coordinate is not finite or above 1e15 in magnitude, or if an
+    /// index is out of range.
     pub fn new(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Mesh, Error> {
         if triangles.is_empty() {
             return Err(Error::Usage("a mesh needs at least one triangle".into()));
@@ -58,8 +59,9 @@ impl Mesh {
 
     /// Gives the mesh these colours.
     ///
-    /// # Errors [`Error::Usage`] unless the groups cover all triangles in order, without a gap or an overlap, and the
-    /// colours lie in [0, 1].
+    /// # Errors
+    /// [`Error::Usage`] unless the groups cover all triangles in order, without a gap or an overlap, and the colours
+    /// lie in [0, 1].
     pub fn with_groups(mut self, groups: Vec<Group>) -> Result<Mesh, Error> {
         let mut covered = 0;
         for group in &groups {

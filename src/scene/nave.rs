@@ -9,16 +9,13 @@
 //!   8.9), and a window of the clerestory. A groin vault with ribs covers the bay (10.4 to 14.0). Pews stand on both
 //!   sides of a carpet. The west wall has a door and a window.
 //! - The aisles, one on each side, reach from z = 4.4 to 8. Their floors are 0.15 higher. They have groin vaults with
-//!   ribs
-//!   (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the last
-//!   bay, where an altar stands before a niche.
+//!   ribs (4.0 to 6.3) between the arcade and pilasters, and one window per bay. A screen with balusters closes the
+//!   last bay, where an altar stands before a niche.
 //! - The choir reaches from x = 7 to 14. Its floor is at 1.35, nine steps up, of which seven are round. It lies behind
-//!   the
-//!   chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a
+//!   the chancel arch (6 wide, 10.2 high) and a screen with balusters. It has stalls, two windows on each side, and a
 //!   barrel vault up to 11.05.
 //! - The apse is a half circle about x = 14.25 with a radius of 3.2. It has five windows, a cornice, a conch (half a
-//!   dome)
-//!   up to 9.7, and the altar.
+//!   dome) up to 9.7, and the altar.
 //!
 //! There is no outside: walls have no backs, and windows are recesses with panes. Parts that meet overlap by `INTO`,
 //! so that there is no gap between them and no two faces coincide.
@@ -141,8 +138,8 @@ fn floors(m: &mut Masonry) {
     let strip = |m: &mut Masonry, y: f64, z: [f64; 2]| {
         m.patch(1, 1, |i, j| dvec3([WEST - INTO, east][i], y, z[j]));
     };
-    strip(m.of(CARPET), 0.0, [-0.8, 0.8]);
-    m.of(FLOOR).mirrored(|m| {
+    strip(m.made_of(CARPET), 0.0, [-0.8, 0.8]);
+    m.made_of(FLOOR).mirrored(|m| {
         strip(m, 0.0, [0.8, 3.25]);
         strip(m, AISLE_FLOOR, [3.2, AISLE + INTO]);
         // The step from the nave up to the columns.
@@ -178,7 +175,7 @@ fn bay_line(m: &mut Masonry, x: f64) {
         [0.56, 3.65],
     ];
     let middle = NAVE.midpoint(OUTER);
-    m.of(COLUMN).plinth([x - 0.56, AISLE_FLOOR - INTO, middle - 0.56], [x + 0.56, 0.40, middle + 0.56]);
+    m.made_of(COLUMN).plinth([x - 0.56, AISLE_FLOOR - INTO, middle - 0.56], [x + 0.56, 0.40, middle + 0.56]);
     // Of the columns at both ends, only the half that is not inside the wall is built.
     let half = if x == WEST { [9, 15] } else { [3, 9] };
     let around = if x == WEST || x == EAST { half } else { [0, 12] };
@@ -191,7 +188,7 @@ fn bay_line(m: &mut Masonry, x: f64) {
     m.plinth([x - 0.25, AISLE_FLOOR - INTO, AISLE - 0.2], [x + 0.25, ARCADE - 0.1, AISLE + INTO]);
     m.block([x - 0.33, ARCADE - 0.2, AISLE - 0.3], [x + 0.33, ARCADE + 0.04, AISLE + 0.1]);
     let foot = dvec3(x, ARCADE, OUTER.midpoint(AISLE));
-    m.of(VAULT).rib(&arc(foot, aisle_half(0.0), AISLE_RISE, AISLE_CELLS), 0.2 * DVec3::X, foot, [INTO, 0.12]);
+    m.made_of(VAULT).rib(&arc(foot, aisle_half(0.0), AISLE_RISE, AISLE_CELLS), 0.2 * DVec3::X, foot, [INTO, 0.12]);
 }
 
 /// Half the extent of an aisle's bay: all of it in z, and the share `along` of it in x.
@@ -216,32 +213,32 @@ fn bay(m: &mut Masonry, x: f64) {
         rise: BAY / 2.0 - 0.5,
         chords: 12,
     };
-    m.of(WALL);
+    m.made_of(WALL);
     m.archway(&wall, across, [ARCADE, GALLERY], OUTER - NAVE, &arch);
     let path: Vec<_> = arch.arch().into_iter().map(|p| wall(p.with_z((OUTER - NAVE) / 2.0))).collect();
     let centre = dvec3(x, ARCADE, NAVE.midpoint(OUTER));
-    m.of(COLUMN).archivolt(&path, 0.48 * DVec3::Z, centre, [0.22, 0.06]);
+    m.made_of(COLUMN).archivolt(&path, 0.48 * DVec3::Z, centre, [0.22, 0.06]);
 
     for middle in [x - BAY / 4.0, x + BAY / 4.0] {
         let across = [middle - BAY / 4.0, middle + BAY / 4.0];
         let opening = Opening { middle, half: 0.7, sill: 7.15, springing: 7.95, rise: 0.6, chords: 6 };
-        m.of(WALL).recess(&wall, across, [GALLERY, CLERESTORY], &opening, (0.7, WALL));
+        m.made_of(WALL).recess(&wall, across, [GALLERY, CLERESTORY], &opening, (0.7, WALL));
         for i in [-1.0, 1.0] {
-            baluster(m.of(COLUMN), dvec3(middle + 0.25 * i, 7.13, NAVE + 0.15), 0.68);
+            baluster(m.made_of(COLUMN), dvec3(middle + 0.25 * i, 7.13, NAVE + 0.15), 0.68);
         }
         m.block_at(&wall, [middle - 0.75, 7.78, 0.06], [middle + 0.75, 7.9, 0.24]);
     }
 
     let window = Opening { middle: x, half: 0.7, sill: 9.8, springing: 11.6, rise: 0.7, chords: 8 };
-    m.of(WALL).recess(&wall, across, [CLERESTORY, NAVE_TOP], &window, (0.45, GLASS));
-    m.of(COLUMN).block_at(&wall, [x - 0.06, 9.7, 0.3], [x + 0.06, 12.4, 0.5]);
+    m.made_of(WALL).recess(&wall, across, [CLERESTORY, NAVE_TOP], &window, (0.45, GLASS));
+    m.made_of(COLUMN).block_at(&wall, [x - 0.06, 9.7, 0.3], [x + 0.06, 12.4, 0.5]);
 
     let wall = |p: DVec3| dvec3(p.x, p.y, AISLE + p.z);
     let window = Opening { middle: x, half: 0.6, sill: 1.9, springing: 3.7, rise: 0.6, chords: 8 };
-    m.of(WALL).recess(&wall, across, [AISLE_FLOOR - INTO, AISLE_TOP], &window, (0.45, GLASS));
-    m.of(COLUMN).block_at(&wall, [x - 0.05, 1.8, 0.3], [x + 0.05, 4.35, 0.5]);
+    m.made_of(WALL).recess(&wall, across, [AISLE_FLOOR - INTO, AISLE_TOP], &window, (0.45, GLASS));
+    m.made_of(COLUMN).block_at(&wall, [x - 0.05, 1.8, 0.3], [x + 0.05, 4.35, 0.5]);
     let foot = dvec3(x, ARCADE, OUTER.midpoint(AISLE));
-    groin_vault(m.of(VAULT), foot, aisle_half(1.0), AISLE_RISE, AISLE_CELLS);
+    groin_vault(m.made_of(VAULT), foot, aisle_half(1.0), AISLE_RISE, AISLE_CELLS);
 }
 
 /// A groin vault: two barrel vaults that cross, with a rib along each diagonal. `foot` is the middle of the rectangle
@@ -271,14 +268,14 @@ fn string_courses(m: &mut Masonry) {
     // Each point is the height above the course, and how far it projects from the wall.
     let profile = [[-0.2, -INTO], [-0.15, 0.08], [0.0, 0.1], [0.05, 0.24], [0.18, 0.24], [0.22, -INTO]];
     for y in [GALLERY, CLERESTORY] {
-        m.of(COLUMN).moulding(x, &profile.map(|[above, out]| [y + above, NAVE - out]));
+        m.made_of(COLUMN).moulding(x, &profile.map(|[above, out]| [y + above, NAVE - out]));
     }
 }
 
 /// The nave's vaults, and the ribs between its bays.
 fn vault(m: &mut Masonry) {
     let half = dvec3(BAY / 2.0, 0.0, NAVE + INTO);
-    m.of(VAULT);
+    m.made_of(VAULT);
     for k in 0..BAYS {
         groin_vault(m, dvec3(WEST + BAY * (k as f64 + 0.5), VAULT_FOOT, 0.0), half, VAULT_RISE, VAULT_CELLS);
     }
@@ -293,7 +290,7 @@ fn aisle_ends(m: &mut Masonry) {
     let (across, high) = ([OUTER - INTO, AISLE + INTO], [AISLE_FLOOR - INTO, AISLE_TOP]);
     let opening = Opening { middle: 6.2, half: 0.7, sill: 2.0, springing: 3.8, rise: 0.7, chords: 8 };
     let west = |p: DVec3| dvec3(WEST + INTO - p.z, p.y, p.x);
-    m.of(WALL).recess(&west, across, high, &opening, (0.5, GLASS));
+    m.made_of(WALL).recess(&west, across, high, &opening, (0.5, GLASS));
     let niche = Opening { half: 0.9, sill: 1.0, springing: 3.2, rise: 0.9, ..opening };
     let east = |p: DVec3| dvec3(EAST - INTO + p.z, p.y, p.x);
     m.recess(&east, across, high, &niche, (0.6, WALL));
@@ -301,7 +298,7 @@ fn aisle_ends(m: &mut Masonry) {
     for x in [WEST, EAST] {
         m.plinth([x - 0.15, -INTO, NAVE - INTO], [x + 0.15, ARCADE + 0.01, OUTER + INTO]);
     }
-    m.of(MARBLE).plinth([EAST - 0.9, AISLE_FLOOR - INTO, 5.2], [EAST, 1.1, 7.2]);
+    m.made_of(MARBLE).plinth([EAST - 0.9, AISLE_FLOOR - INTO, 5.2], [EAST, 1.1, 7.2]);
     m.block([EAST - 1.0, 1.05, 5.1], [EAST - 0.02, 1.2, 7.3]);
 }
 
@@ -313,7 +310,7 @@ fn screens(m: &mut Masonry) {
 
 /// A balustrade from z[0] to z[1]: a base, balusters, a rail, and a post at z[0].
 fn screen(m: &mut Masonry, x: f64, floor: f64, z: [f64; 2], balusters: usize) {
-    m.of(MARBLE).plinth([x - 0.14, floor - INTO, z[0]], [x + 0.14, floor + 0.12, z[1]]);
+    m.made_of(MARBLE).plinth([x - 0.14, floor - INTO, z[0]], [x + 0.14, floor + 0.12, z[1]]);
     m.block([x - 0.13, floor + 0.85, z[0]], [x + 0.13, floor + 0.98, z[1]]);
     m.plinth([x - 0.17, floor - INTO, z[0] - 0.2], [x + 0.17, floor + 1.1, z[0] + 0.14]);
     for i in 0..balusters {
@@ -324,7 +321,7 @@ fn screen(m: &mut Masonry, x: f64, floor: f64, z: [f64; 2], balusters: usize) {
 
 /// Eight rows of pews.
 fn pews(m: &mut Masonry) {
-    m.of(WOOD);
+    m.made_of(WOOD);
     for k in 0..8 {
         let x = -9.5 + 1.15 * k as f64;
         m.block([x, 0.3, 1.15], [x + 0.06, 0.92, 3.05]);
@@ -343,8 +340,8 @@ fn choir_side(m: &mut Masonry) {
         let west = start + width * f64::from(k);
         let window = Opening { middle: west + width / 2.0, half: 0.6, sill: 3.8, springing: 5.6, rise: 0.6, chords: 8 };
         let across = [west, west + width + INTO * f64::from(k)];
-        m.of(WALL).recess(&wall, across, [CHOIR_FLOOR - INTO, 8.2], &window, (0.45, GLASS));
-        m.of(COLUMN).block_at(&wall, [window.middle - 0.05, 3.7, 0.3], [window.middle + 0.05, 6.25, 0.5]);
+        m.made_of(WALL).recess(&wall, across, [CHOIR_FLOOR - INTO, 8.2], &window, (0.45, GLASS));
+        m.made_of(COLUMN).block_at(&wall, [window.middle - 0.05, 3.7, 0.3], [window.middle + 0.05, 6.25, 0.5]);
     }
     let z = NAVE;
     m.moulding(
@@ -352,7 +349,7 @@ fn choir_side(m: &mut Masonry) {
         &[[7.0, z + INTO], [7.05, z - 0.1], [7.2, z - 0.12], [7.25, z - 0.25], [7.4, z - 0.25], [7.45, z + INTO]],
     );
     let (x, seat) = ([start + 0.8, CHOIR_END - 0.9], CHOIR_FLOOR - INTO);
-    m.of(WOOD).plinth([x[0], seat, NAVE - 0.15], [x[1], CHOIR_FLOOR + 1.5, NAVE + INTO]);
+    m.made_of(WOOD).plinth([x[0], seat, NAVE - 0.15], [x[1], CHOIR_FLOOR + 1.5, NAVE + INTO]);
     m.plinth([x[0] + 0.02, seat, NAVE - 0.6], [x[1] - 0.02, CHOIR_FLOOR + 0.45, NAVE - 0.1]);
     for k in 0..=5 {
         let x = x[0] - 0.04 + (x[1] - x[0]) * f64::from(k) / 5.0;
@@ -365,7 +362,7 @@ fn ends(m: &mut Masonry) {
     let west = |p: DVec3| dvec3(WEST + INTO - p.z, p.y, p.x);
     let across = [-NAVE - INTO, NAVE + INTO];
     let door = Opening { middle: 0.0, half: 1.3, sill: 0.1, springing: 3.0, rise: 1.3, chords: 8 };
-    m.of(WALL).recess(&west, across, [-INTO, CLERESTORY], &door, (0.6, WOOD));
+    m.made_of(WALL).recess(&west, across, [-INTO, CLERESTORY], &door, (0.6, WOOD));
     let window = Opening { middle: 0.0, half: 1.2, sill: 9.5, springing: 11.5, rise: 1.2, chords: 8 };
     m.recess(&west, across, [CLERESTORY, NAVE_TOP], &window, (0.5, GLASS));
 
@@ -377,21 +374,21 @@ fn ends(m: &mut Masonry) {
     let half = dvec3(0.0, 0.0, NAVE + INTO);
     let foot = |x: f64| dvec3(x, 7.4, 0.0);
     let [start, end] = [EAST + 0.75, CHOIR_END + INTO].map(|x| arc(foot(x), half, half.z, 16));
-    m.of(VAULT).patch(1, 16, |i, j| [&start, &end][i][j]);
+    m.made_of(VAULT).patch(1, 16, |i, j| [&start, &end][i][j]);
     for x in [9.8, 11.9] {
         m.rib(&arc(foot(x), half, half.z, 16), 0.2 * DVec3::X, foot(x), [INTO, 0.15]);
     }
 
     let east = |p: DVec3| dvec3(CHOIR_END + p.z, p.y, p.x);
     let arch = Opening { middle: 0.0, half: 3.1, sill: CHOIR_FLOOR, springing: 6.5, rise: 3.1, chords: 16 };
-    m.of(WALL).archway(&east, across, [CHOIR_FLOOR - INTO, 11.3], 0.3, &arch);
+    m.made_of(WALL).archway(&east, across, [CHOIR_FLOOR - INTO, 11.3], 0.3, &arch);
     archivolt(m, CHOIR_END + 0.05, &arch);
 }
 
 /// The moulding around an arch that spans the church from north to south.
 fn archivolt(m: &mut Masonry, x: f64, arch: &Opening) {
     let path: Vec<_> = arch.arch().into_iter().map(|p| dvec3(x, p.y, p.x)).collect();
-    m.of(COLUMN).archivolt(&path, 0.47 * DVec3::X, dvec3(x, arch.springing, 0.0), [0.25, 0.1]);
+    m.made_of(COLUMN).archivolt(&path, 0.47 * DVec3::X, dvec3(x, arch.springing, 0.0), [0.25, 0.1]);
 }
 
 /// The apse: a round wall with five windows and mouldings, and a quarter of a sphere above it.
@@ -406,12 +403,12 @@ fn apse(m: &mut Masonry) {
         let middle = width * (f64::from(k) - 2.0);
         let window = Opening { middle, half: 0.5, sill: 3.2, springing: 4.8, rise: 0.5, chords: 8 };
         let across = [middle - width / 2.0, middle + width / 2.0];
-        m.of(WALL).recess(&round, across, [CHOIR_FLOOR - INTO, 6.55], &window, (0.4, GLASS));
+        m.made_of(WALL).recess(&round, across, [CHOIR_FLOOR - INTO, 6.55], &window, (0.4, GLASS));
     }
     let conch: Vec<_> = (0..=8).map(|i| circle(i, 32)).map(|(c, s)| [APSE * c, 6.5 + APSE * s]).collect();
-    m.of(VAULT).lathe(centre, 40, [30, 50], &conch);
+    m.made_of(VAULT).lathe(centre, 40, [30, 50], &conch);
     let cornice = [[3.25, 6.15], [3.1, 6.2], [3.08, 6.35], [2.95, 6.4], [2.95, 6.55], [3.25, 6.6]];
-    m.of(COLUMN).lathe(centre, 40, [30, 50], &cornice);
+    m.made_of(COLUMN).lathe(centre, 40, [30, 50], &cornice);
     let dado = [[3.25, 2.85], [3.1, 2.9], [3.1, 3.0], [3.25, 3.05]];
     m.lathe(centre, 40, [30, 50], &dado);
 }
@@ -419,11 +416,11 @@ fn apse(m: &mut Masonry) {
 /// The altar on its two steps, with four candles and a cross.
 fn altar(m: &mut Masonry) {
     let floor = CHOIR_FLOOR - INTO;
-    m.of(FLOOR).plinth([13.0, floor, -2.0], [16.4, 1.5, 2.0]);
+    m.made_of(FLOOR).plinth([13.0, floor, -2.0], [16.4, 1.5, 2.0]);
     m.plinth([13.35, floor, -1.7], [16.2, 1.65, 1.7]);
-    m.of(MARBLE).plinth([14.3, 1.6, -1.1], [15.2, 2.6, 1.1]);
+    m.made_of(MARBLE).plinth([14.3, 1.6, -1.1], [15.2, 2.6, 1.1]);
     m.block([14.2, 2.55, -1.25], [15.3, 2.7, 1.25]);
-    m.of(WOOD).mirrored(|m| {
+    m.made_of(WOOD).mirrored(|m| {
         for z in [0.6, 1.0] {
             let candle = [[0.1, 2.65], [0.1, 2.72], [0.03, 2.78], [0.03, 3.1], [0.07, 3.12], [0.02, 3.16], [0.0, 3.5]];
             m.lathe(dvec3(15.0, 0.0, z), 6, [0, 6], &candle);

@@ -59,7 +59,7 @@ struct Model {
 #[derive(Default)]
 struct Vertices {
     /// The number of the vertex for each pair of indices in the file.
-    of: HashMap<[u32; 2], u32>,
+    number_of: HashMap<[u32; 2], u32>,
     positions: Vec<DVec3>,
     /// The normals. Empty until a corner has one.
     normals: Vec<DVec3>,
@@ -73,9 +73,10 @@ impl Mesh {
     /// treated as convex. Points and lines are ignored. A material that no MTL file defines is white. Positions are
     /// kept in float64.
     ///
-    /// # Errors [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where
-    /// there is one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements
-    /// longer than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
+    /// # Errors
+    /// [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where there is
+    /// one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements longer
+    /// than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
@@ -238,8 +239,8 @@ impl Model {
     /// Makes the mesh. Its triangles are sorted by the colours of their materials.
     fn into_mesh(self, colour_of: &[[f32; 3]]) -> Result<Mesh, Error> {
         let Model { triangles, uses, .. } = self;
-        let Vertices { of, positions, mut normals } = self.mesh;
-        drop((self.positions, self.normals, of)); // a large model needs the memory
+        let Vertices { number_of, positions, mut normals } = self.mesh;
+        drop((self.positions, self.normals, number_of)); // a large model needs the memory
         let runs = || {
             let starts = [(0, 0)].into_iter().chain(uses.iter().copied());
             let ends = uses.iter().map(|&(first, _)| first).chain([triangles.len() as u32]);
@@ -288,7 +289,7 @@ impl Vertices {
     /// The number of the vertex for this pair of indices. If there is none yet, it is made from the position and the
     /// normal.
     fn vertex(&mut self, corner: [u32; 2], position: DVec3, normal: Option<&DVec3>) -> u32 {
-        *self.of.entry(corner).or_insert_with(|| {
+        *self.number_of.entry(corner).or_insert_with(|| {
             if let Some(&normal) = normal {
                 self.normals.resize(self.positions.len(), DVec3::ZERO); // the vertices before this one have no normal
                 self.normals.push(normal);

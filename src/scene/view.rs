@@ -64,9 +64,8 @@ impl View {
     /// The camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.
     ///
     /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up),
-    ///   and
-    ///   somewhat from the right and from above. In an orthographic view the height decides how much of it is in the
-    ///   picture.
+    ///   and somewhat from the right and from above. In an orthographic view the height decides how much of it is in
+    ///   the picture.
     /// - Without a target, the eye looks at the centre of the bounding box.
     /// - Without near or far, these enclose the scene, except that near is at least 1e-4 of the farthest z.
     ///
@@ -112,8 +111,9 @@ impl View {
 
     /// Refuses a view that is wrong whatever the scene is.
     ///
-    /// # Errors [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and
-    /// for a near plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
+    /// # Errors
+    /// [`Error::Usage`] for numbers out of range, for an eye that is also the target, for an `up` of zero, and for a
+    /// near plane that is not nearer than the far plane. The message names the command's flag, such as `--eye`.
     pub fn check(&self) -> Result<(), Error> {
         for (flag, point) in [("--eye", self.eye), ("--target", self.target), ("--up", self.up)] {
             if let Some(p) = point

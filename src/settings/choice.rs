@@ -1,6 +1,6 @@
-//! The settings that take one of a few words, as enums.
+//! The settings whose value is one of a few words, as enums.
 
-/// Declares an enum whose variants have names on the command line and in files.
+/// Declares an enum whose variants are spelled as the given words on the command line and in settings files.
 macro_rules! choice {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $text:literal),+ $(,)? }) => {
         $(#[$doc])*
@@ -12,15 +12,16 @@ macro_rules! choice {
             /// Every variant, in the order of [`Self::NAMES`].
             pub const ALL: &'static [$name] = &[$($name::$variant),+];
 
-            /// The variants' names, as flags and files spell them.
+            /// The names of the variants, as flags and files spell them.
             pub const NAMES: &'static [&'static str] = &[$($text),+];
 
-            /// The variant's name, as flags and files spell it.
+            /// The name of the variant, as flags and files spell it.
+            #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $($name::$variant => $text),+ }
             }
 
-            /// The variant of this name; or an error that lists the names there are.
+            /// The variant with this name, or an error message that lists all names.
             pub(super) fn parse(text: &str) -> Result<$name, String> {
                 let found = Self::ALL.iter().find(|variant| variant.name() == text).copied();
                 found.ok_or_else(|| {
@@ -33,7 +34,7 @@ macro_rules! choice {
 pub(super) use choice;
 
 choice! {
-    /// W(r), the weight of an occluder at distance r of a radius R.
+    /// The attenuation W(r): how much an occluder at the distance r counts, for a radius R.
     Attenuation {
         /// W = 1 - (r/R)^2, the chapter's choice.
         #[default]
@@ -46,15 +47,15 @@ choice! {
 }
 
 choice! {
-    /// How sample positions are brought to texel centres.
+    /// How sample positions are rounded to texel centres.
     Snap {
-        /// The first offset and the step are rounded once each; samples then walk by whole texels. The chapter's
-        /// choice.
+        /// The first offset and the step are each rounded once, and samples then advance by whole texels. This is the
+        /// chapter's choice.
         #[default]
         Step = "step",
-        /// Each sample's offset is rounded on its own.
+        /// The offset of each sample is rounded separately.
         Sample = "sample",
-        /// The position is not rounded; the depth comes from the nearest texel.
+        /// The position is not rounded. The depth is read from the nearest texel.
         None = "none",
     }
 }
@@ -62,21 +63,21 @@ choice! {
 choice! {
     /// Where a sample beyond the image's border is assumed to lie.
     Clamp {
-        /// At the border texel whose depth is read for it.
+        /// It lies at the border texel whose depth is read for it.
         #[default]
         Position = "position",
-        /// At its own position in x and y, with the border texel's depth.
+        /// It keeps its own x and y, and takes the depth of the border texel.
         Depth = "depth",
     }
 }
 
 choice! {
-    /// Which tangent a sample's elevation is measured from.
+    /// Which tangent the elevation of a sample is measured from.
     Grounding {
-        /// The tangent in the sample's own direction (Eq. 6.2.9).
+        /// The tangent towards the sample itself (Eq. 6.2.9).
         #[default]
         Sample = "sample",
-        /// The tangent in the direction that the sample belongs to (Eq. 6.2.8).
+        /// The tangent in the direction that the sample was taken for (Eq. 6.2.8).
         Direction = "direction",
     }
 }
@@ -84,32 +85,33 @@ choice! {
 choice! {
     /// Where the G-buffer's normals come from.
     Normals {
-        /// They are the triangles' own, from screen derivatives of the eye-space position.
+        /// They are the normals of the triangles, from screen derivatives of the eye-space position.
         #[default]
         Derivative = "derivative",
-        /// They are interpolated from the vertices: the file's normals, or area-weighted ones where it has none.
+        /// They are interpolated from the vertices. These have the file's normals, or area-weighted ones if the file
+        /// has none.
         Vertex = "vertex",
     }
 }
 
 choice! {
-    /// Whether directions and steps differ from pixel to pixel, which trades banding for noise.
+    /// Whether directions and steps differ from pixel to pixel, which replaces banding by noise.
     Jitter {
-        /// A 4x4 tile of random rotations and offsets is repeated over the screen.
+        /// They differ: a 4x4 tile of random rotations and offsets is repeated over the screen.
         #[default]
         Tile = "tile",
-        /// Every pixel has the same directions and steps.
+        /// They are the same for every pixel.
         None = "none",
     }
 }
 
 choice! {
-    /// The form of the cross-bilateral blur.
+    /// Whether the cross-bilateral blur runs in two passes or in one.
     BlurKernel {
         /// One pass in X, then one in Y.
         #[default]
         Separable = "separable",
-        /// One pass over the whole square, which is the reference for the separated form.
+        /// One pass over the whole square. It is the reference for the separable form.
         Full = "full",
     }
 }
@@ -128,10 +130,10 @@ choice! {
 choice! {
     /// How `ssao` turns its offsets from pixel to pixel.
     SsaoRotation {
-        /// The rotation that carries the Z axis to the tile's vector is applied.
+        /// They are rotated by the rotation that carries the z axis to the vector in the tile.
         #[default]
         Matrix = "matrix",
-        /// The offsets are reflected at the plane that has the tile's vector as its normal.
+        /// They are reflected in the plane whose normal is the vector in the tile.
         Mirror = "mirror",
     }
 }
@@ -139,16 +141,16 @@ choice! {
 choice! {
     /// The depth image that the samples of `ssao` read.
     SsaoDepth {
-        /// Depth at the image's own width and height.
+        /// The depth image itself.
         #[default]
         Full = "full",
-        /// Depth at half the width and height.
+        /// A copy of it at half the width and height.
         Half = "half",
     }
 }
 
 choice! {
-    /// A variation of a method that is on or off.
+    /// Whether a variation of a method is on or off.
     Toggle {
         /// Off.
         #[default]
@@ -161,12 +163,12 @@ choice! {
 choice! {
     /// The texture format of ambient occlusion.
     AoFormat {
-        /// 8 bits, the chapter's choice.
+        /// 8 bits, unsigned and normalised: the chapter's choice.
         #[default]
         R8 = "r8",
-        /// 16-bit float.
+        /// 16-bit floating point.
         R16f = "r16f",
-        /// 32-bit float.
+        /// 32-bit floating point.
         R32f = "r32f",
     }
 }
@@ -174,10 +176,10 @@ choice! {
 choice! {
     /// The texture format of the G-buffer's normals.
     NormalFormat {
-        /// Signed 8-bit components, the chapter's choice.
+        /// Signed normalised 8-bit components: the chapter's choice.
         #[default]
         Rgba8Snorm = "rgba8-snorm",
-        /// 16-bit float.
+        /// 16-bit floating point.
         Rgba16f = "rgba16f",
     }
 }
@@ -185,10 +187,11 @@ choice! {
 choice! {
     /// The texture format of the G-buffer's linear depth.
     DepthFormat {
-        /// 32-bit float.
+        /// 32-bit floating point.
         #[default]
         R32f = "r32f",
-        /// 16-bit float, which has 11 significant bits and holds depths from 6.1e-5 to 60000.
+        /// 16-bit floating point. It has 11 significant bits; depths may lie between 6.1e-5, the least with full
+        /// precision, and 60000.
         R16f = "r16f",
     }
 }

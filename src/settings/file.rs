@@ -1,4 +1,4 @@
-//! Settings files: `key = value` lines of TOML, the keys being the names of [`KNOBS`].
+//! Settings files. They are `key = value` lines of TOML, and the keys are the names of [`KNOBS`].
 
 use super::Settings;
 use super::knobs::{KNOBS, Value};
@@ -16,13 +16,13 @@ impl From<Value> for toml::Value {
 }
 
 impl Settings {
-    /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of
-    /// [`KNOBS`](super::KNOBS). Settings that the text does not name keep their values. The table `[render]` is skipped:
-    /// it holds what else an image was made with.
+    /// Reads the text of a settings file: `key = value` lines of TOML, where the keys are the names of [`KNOBS`].
+    /// Settings that the text does not name keep their values. A table `[render]` is skipped: in the metadata of an
+    /// image it holds what else the image was made with, such as the camera.
     ///
     /// # Errors
-    /// The message names the key that is unknown or whose value is out of range, or the line that is not TOML. After an
-    /// error no setting has changed.
+    /// A message, without the file's name. It names the line that is not TOML, the key that is unknown, or the key
+    /// whose value is out of range. After an error no setting has changed.
     pub fn read_toml(&mut self, text: &str) -> Result<(), String> {
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
             let before = e.span().map_or(&[][..], |span| &text.as_bytes()[..span.start.min(text.len())]);
@@ -41,7 +41,10 @@ impl Settings {
             let text = match value {
                 toml::Value::String(text) => text.clone(),
                 toml::Value::Table(_) | toml::Value::Array(_) => {
-                    return Err(format!("{key}: {} is no value for it: write one number or word", value.type_str()));
+                    return Err(format!(
+                        "{key}: the value is of the type {}: write one number or word",
+                        value.type_str()
+                    ));
                 }
                 other => other.to_string(),
             };
@@ -51,8 +54,8 @@ impl Settings {
         Ok(())
     }
 
-    /// The text of a settings file that holds every setting, a line each, in the order of [`KNOBS`](super::KNOBS). A
-    /// setting without a value of its own, because it follows from another, is left out.
+    /// The text of a settings file that holds every setting, one line each, in the order of [`KNOBS`]. A setting that
+    /// has no value of its own, because it follows from other settings, is left out.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let set = KNOBS.iter().filter(|knob| !knob.is_unset(self));

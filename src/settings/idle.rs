@@ -1,22 +1,22 @@
-//! Settings that change nothing in ambient occlusion as the other settings stand, and why.
+//! Tells which settings have no effect on ambient occlusion, given the values of the others, and why.
 
 use super::{Method, MethodBlur, Settings};
 use std::fmt;
 
-/// Why a setting changes nothing in ambient occlusion. It is displayed as the end of a sentence, in the command line's
-/// words: `with --blur 0`.
+/// Why a setting has no effect on ambient occlusion. It is displayed as the end of a sentence, in the words of the
+/// command line: `with --blur 0`, as in `--blur-kernel has no effect with --blur 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Idle {
-    /// The method does not read it.
+    /// The method does not read the setting.
     Method(Method),
-    /// It is about the blur, and there is none.
+    /// The setting belongs to the blur, and the blur is off.
     NoBlur,
-    /// The method has a blur of its own, whose size is fixed.
+    /// The method has its own blur, whose size is fixed.
     OwnBlur(Method),
-    /// At half resolution the texels are those of the half-size depth already.
+    /// The setting asks for depth at half size, and at half resolution the method reads only those texels anyway.
     HalfResolution,
-    /// A pixel with one depth sample holds one surface.
+    /// The setting belongs to pixels that hold several surfaces, and a pixel with one depth sample holds only one.
     OneSample,
 }
 
@@ -35,8 +35,8 @@ impl fmt::Display for Idle {
 }
 
 impl Settings {
-    /// Why the setting of this name (a name of [`KNOBS`](super::KNOBS)) changes nothing in ambient occlusion as the
-    /// others stand; `None` where it matters. Settings of the G-buffer always matter.
+    /// Why the setting of this name (a name of [`KNOBS`](super::KNOBS)) has no effect on ambient occlusion, given the
+    /// values of the other settings. `None` if it has an effect. Settings of the G-buffer always have one.
     #[must_use]
     pub fn idle(&self, knob: &str) -> Option<Idle> {
         if !self.method.reads(knob) {

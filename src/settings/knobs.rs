@@ -1,4 +1,5 @@
-//! The table of all settings: names, units, ranges and help texts, and how values are read and written as text.
+//! The table of all settings: their names, units, ranges and help texts, and how their values are read from text and
+//! written as text.
 
 use super::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, Method, NormalFormat, Normals,
@@ -11,26 +12,26 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Kind {
-    /// A whole number from the first to the second.
+    /// A whole number from the first number to the second.
     Count(u32, u32),
-    /// 0, or an odd number from the first to the second.
+    /// 0, or an odd number from the first number to the second.
     OddOrZero(u32, u32),
-    /// Degrees from the first to the second.
+    /// An angle in degrees, from the first number to the second.
     Degrees(f64, f64),
     /// A finite number above 0.
     Positive,
-    /// A finite length above 0, or such a number and `%`.
+    /// A finite length above 0 in scene units, or a finite percentage above 0, such as `5%`.
     Length,
-    /// One of these numbers.
+    /// One of these whole numbers.
     OneOf(&'static [u32]),
-    /// True or false; the flag alone says true.
+    /// `true` or `false`. On the command line the flag alone means `true`.
     Switch,
     /// One of these words.
     Word(&'static [&'static str]),
 }
 
 impl fmt::Display for Kind {
-    /// The values in a few words: `1 to 64`, `above 0`, `quadratic, linear, none`.
+    /// Writes the accepted values in a few words: `1 to 64`, `above 0`, `quadratic, linear, none`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Kind::Count(min, max) => write!(f, "{min} to {max}"),
@@ -47,21 +48,21 @@ impl fmt::Display for Kind {
 /// The value of a setting.
 pub(super) enum Value {
     Count(u32),
-    /// A number of any kind: a length, a factor, degrees.
+    /// A number that need not be whole: a length, a factor, or an angle in degrees.
     Number(f64),
     Switch(bool),
     Text(String),
 }
 
-/// One setting of [`Settings`]: how it is named, explained, read and written.
+/// One setting of [`Settings`], with its name, its explanation, and how it is read and written.
 pub struct Knob {
-    /// Its name in settings files and, after `--`, on the command line.
+    /// The name in settings files and, after `--`, on the command line.
     pub name: &'static str,
-    /// What `--help` calls its value.
+    /// The placeholder for the value in `--help`, such as `N`; empty for a switch.
     pub value: &'static str,
-    /// What it means and in which unit.
+    /// One line that says what the setting means, and in which unit it is.
     pub help: &'static str,
-    /// Which values it takes.
+    /// The values that the setting accepts.
     pub kind: Kind,
     pub(super) get: fn(&Settings) -> Value,
     put: fn(&mut Settings, &str) -> Result<(), String>,
@@ -71,17 +72,18 @@ impl Knob {
     /// Sets the value from text, as a settings file or the command line gives it.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the text is not a value in range; the message names the setting and says what it takes.
+    /// [`Error::Usage`] if the text is not an accepted value. The message names the setting and says what it accepts.
     pub fn set(&self, settings: &mut Settings, text: &str) -> Result<(), Error> {
         (self.put)(settings, text).map_err(|what| Error::Usage(format!("{}: {what}", self.name)))
     }
 
-    /// The value as text that [`Knob::set`] reads; empty where it follows from another setting.
+    /// The value as text that [`Knob::set`] reads. It is empty for a setting that has no value of its own, because it
+    /// follows from other settings.
     #[must_use]
     pub fn text(&self, settings: &Settings) -> String {
         match (self.get)(settings) {
             Value::Count(count) => count.to_string(),
-            // As TOML wants it: a number with a fraction has a point even where the fraction is 0.
+            // TOML distinguishes floats from integers by the point, so whole numbers are written with `.0`.
             Value::Number(number) if number.fract() == 0.0 => format!("{number:.1}"),
             Value::Number(number) => number.to_string(),
             Value::Switch(on) => on.to_string(),
@@ -89,7 +91,7 @@ impl Knob {
         }
     }
 
-    /// Its value where that is a whole number, and none otherwise.
+    /// The value, if it is a whole number.
     #[must_use]
     pub fn count(&self, settings: &Settings) -> Option<u32> {
         match (self.get)(settings) {
@@ -98,7 +100,7 @@ impl Knob {
         }
     }
 
-    /// True for a setting that has no value of its own, because it follows from another.
+    /// True for a setting that has no value of its own, because it follows from other settings.
     pub(super) fn is_unset(&self, settings: &Settings) -> bool {
         self.text(settings).is_empty()
     }
@@ -146,8 +148,8 @@ fn length(text: &str) -> Result<Radius, String> {
     parsed.map_err(|_| format!("'{}' is neither a finite length above 0 nor such a number and %", Error::shown(text)))
 }
 
-/// The degrees that were typed to get these radians: 30, although 30 degrees converted to radians and back are
-/// 29.999999999999996. Reading them gives the same radians again.
+/// Converts radians to the degrees that a user typed to get them. For 30 degrees this is 30, although 30 degrees
+/// converted to radians and back are 29.999999999999996. Converting the result to radians gives the same number again.
 fn typed_degrees(radians: f64) -> f64 {
     let degrees = radians.to_degrees();
     let short = (degrees * 1e10).round() / 1e10;
@@ -206,16 +208,16 @@ knobs! {
     "bias" "DEG" bias Degrees(0.0, 89.0) = "The angle by which tangents are raised, which hides creases of coarse meshes";
     "strength" "S" strength Positive = "The factor on the occlusion";
     "attenuation" "W" attenuation Word: Attenuation = "W(r), an occluder's weight: 1 - (r/R)^2, 1 - r/R, or 1";
-    "snap" "SNAP" snap Word: Snap = "Texel centres: round the step once, round each sample, or keep fractions";
-    "clamp" "CLAMP" clamp Word: Clamp = "A sample beyond the border: at the border texel, or only its depth from there";
-    "grounding" "TANGENT" grounding Word: Grounding = "Elevations count from each sample's tangent (Eq. 6.2.9) or its direction's (6.2.8)";
+    "snap" "SNAP" snap Word: Snap = "Round samples to texel centres: the step once, each sample, or not at all";
+    "clamp" "CLAMP" clamp Word: Clamp = "Put a sample beyond the border at the border texel, or only take its depth from there";
+    "grounding" "TANGENT" grounding Word: Grounding = "Measure elevations from each sample's tangent (Eq. 6.2.9) or its direction's (6.2.8)";
     "normals" "NORMALS" normals Word: Normals = "Normals from screen derivatives, or interpolated from the vertices";
     "jitter" "JITTER" jitter Word: Jitter = "Rotate directions and offset steps by a 4x4 tile, or not";
     "blur" "N" blur OddOrZero(3, 41) = "The blur's width in texels; 0 is off";
     "blur-kernel" "KERNEL" blur_kernel Word: BlurKernel = "The blur in X then Y, or over the whole square";
     "blur-depth-sigma" "Z" blur_depth_sigma PositiveOrUnset = "The depth difference, in scene units, that the blur takes for an edge";
-    "msaa" "N" msaa OneOf(&[1, 2, 4, 8]) = "Depth samples a pixel, as many as the driver has";
-    "edges" "EDGES" edges Word: Edges = "Pixels of several surfaces: blur around every depth sample, or around one as elsewhere";
+    "msaa" "N" msaa OneOf(&[1, 2, 4, 8]) = "Depth samples per pixel, or as many as the driver has";
+    "edges" "EDGES" edges Word: Edges = "On pixels of several surfaces, blur around every depth sample, or around one as elsewhere";
     "half-res" "" half_res Switch = "Ambient occlusion at half the width and height, which the blur brings to full size";
     "ssao-samples" "N" ssao_samples OneOf(&[8, 16, 24]) = "ssao: the samples about each pixel";
     "ssao-rotation" "ROTATION" ssao_rotation Word: SsaoRotation = "ssao: turn the offsets by the tile's vector, or mirror them at its plane";

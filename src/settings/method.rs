@@ -1,36 +1,37 @@
-//! The methods of ambient occlusion, each with one row of facts. Everything else asks these rows: the passes which
-//! shader to compile, the twins which function to call, the command which settings matter, `bench` how many samples a
-//! method takes.
+//! The ambient occlusion methods, each with one row of facts. Everything else asks these rows: the passes ask which
+//! shader to compile, the twins which function to call, the command which settings have an effect, and `bench` how many
+//! samples a method takes.
 //!
 //! A new method needs its shader in `glsl/`, its float64 twin in `src/reference/`, and a row here.
 
 use super::choice::choice;
 use super::{Attenuation, KNOBS, Settings, Snap};
 
-/// What tells a method from the others, apart from its equation.
+/// What distinguishes a method from the others, apart from its equation.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct MethodFacts {
-    /// The names of the settings that the method reads, of those that some methods read and others do not. A name that
-    /// stands in no method's list belongs to the G-buffer or to the output, and matters with every method.
+    /// The names of the settings that the method reads. Only settings that some methods read and others do not are
+    /// listed. A setting that no method lists belongs to the G-buffer or to the output, and has an effect with every
+    /// method.
     pub reads: &'static [&'static str],
     /// The names of the settings whose product is the number of depth samples that the method takes for a pixel, in the
     /// order in which tables write them. Empty for `none`, which has no pass.
     pub samples: &'static [&'static str],
-    /// Puts the method's own defaults into settings that hold the defaults of all.
+    /// Takes settings that hold the defaults of all methods, and returns them with the method's own defaults.
     pub defaults: fn(Settings) -> Settings,
-    /// Whether A = 1 at pixels where a step is shorter than a texel (6.2, Variable step size).
+    /// Whether the method returns A = 1 at pixels where a step is shorter than a texel (6.2, Variable step size).
     pub exits_early: bool,
     /// Whether the method reads the near plane ([`crate::Inputs::near`]).
     pub reads_near: bool,
     /// The blur that follows the method.
     pub blur: MethodBlur,
-    /// What the texels of its rotation tile hold.
+    /// What the texels of the method's rotation tile hold.
     pub tile: TileKind,
-    /// The names of the files in `glsl/` that its fragment shader is made of, in their order, its own file last. They
-    /// follow the pieces that all methods share. Empty for `none`.
+    /// The names of the files in `glsl/` that make up the method's fragment shader, in order, the method's own file
+    /// last. They come after the pieces that all methods share. Empty for `none`.
     pub shader: &'static [&'static str],
-    /// How plots mark it.
+    /// How plots mark the method.
     pub marker: Marker,
 }
 
@@ -40,9 +41,9 @@ pub struct MethodFacts {
 pub enum MethodBlur {
     /// The cross-bilateral Gaussian of ShaderX7 6.2, as wide as the settings say.
     Gaussian,
-    /// Crysis' 4x4 texels of equal weights (ShaderX7 6.1), whose depth sigma is a share of the depth.
+    /// The blur of Crysis: 4x4 texels with equal weights (ShaderX7 6.1). Its depth sigma is a share of the depth.
     Crysis,
-    /// No blur: A is the same everywhere.
+    /// No blur, because A is 1 everywhere.
     None,
 }
 
@@ -50,17 +51,17 @@ pub enum MethodBlur {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TileKind {
-    /// (cos a, sin a, b): a rotation of the directions and a fraction of a step.
+    /// (cos a, sin a, b): the directions are rotated by the angle a, and b is a fraction of a step.
     Rotations,
-    /// A unit vector, by which offsets in space are turned.
+    /// A unit vector, by which the offsets of samples are rotated or reflected.
     Vectors,
 }
 
 /// How plots mark a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Marker {
-    /// The corners of its outline about the point that it marks, in pixels, x right and y down. The line ends at the
-    /// last corner, which is the first again where the outline is closed.
+    /// The corners of the outline, in pixels from the point that it marks, x right and y down. A closed outline ends
+    /// with its first corner.
     pub outline: &'static [(i32, i32)],
     /// Whether the outline is filled.
     pub filled: bool,
@@ -79,14 +80,35 @@ const fn hollow(outline: &'static [(i32, i32)]) -> Marker {
     Marker { outline, filled: false }
 }
 
-/// Hands the list of all methods to the macro `$expand`, so that each part of the crate can make of a row what is its
-/// own: here the enum and its facts, in `pass` the files of the shader, in `reference` the twin. A row is: the variant
-/// and its name; `twin`, the file in `src/reference/` that holds its twin (none: A = 1); `shader`, see
-/// [`MethodFacts::shader`]; `define`, a word that a shader shared by two methods is compiled with; and the other facts.
+/// The facts that most methods have: they take steps along directions, leave pixels open where a step is shorter than a
+/// texel, have the defaults of the settings, and are followed by the Gaussian blur. A row names what differs.
+const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
+    reads: &[],
+    samples: &["directions", "steps"],
+    defaults: |settings| settings,
+    exits_early: true,
+    reads_near: false,
+    blur: MethodBlur::Gaussian,
+    tile: TileKind::Rotations,
+    shader: &[],
+    marker: hollow(CROSS),
+};
+
+/// Passes the rows of all methods to the macro `$expand`. Each part of the crate makes what it needs of them: this file
+/// makes the enum and its facts, `pass` the list of shader files, `reference` the list of twins.
+///
+/// A row holds:
+///
+/// - the variant and its name;
+/// - `twin`, the file in `src/reference/` that holds the method's twin; empty if A = 1 everywhere;
+/// - `shader`, see [`MethodFacts::shader`];
+/// - `define`, a word that is defined when the shader is compiled, where two methods share a shader;
+/// - `facts`, the other fields of [`MethodFacts`].
 macro_rules! methods {
     ($expand:ident) => {
         $expand! {
-            /// ShaderX7 6.2: grounded horizons, one attenuation per sample (Eq. 6.2.9).
+            /// ShaderX7 6.2, Eq. 6.2.9: horizons are measured from the tangent, and each sample has its own
+            /// attenuation.
             #[default]
             Hbao = "hbao" {
                 twin: [hbao],
@@ -97,16 +119,11 @@ macro_rules! methods {
                         "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
                         "grounding", "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
-                    defaults: |settings| settings,
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: filled(SQUARE),
+                    ..ALONG_DIRECTIONS
                 }
             }
-            /// The SIGGRAPH 2008 talk: one horizon, one attenuation in each direction (Eq. 3).
+            /// The SIGGRAPH 2008 talk: each direction has one horizon and one attenuation (Eq. 3).
             HbaoTalk = "hbao-talk" {
                 twin: [hbao_talk],
                 shader: ["shared/attenuation.glsl", "shared/sampling.glsl", "shared/tangent.glsl", "hbao_talk.frag"],
@@ -116,20 +133,16 @@ macro_rules! methods {
                         "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
                     defaults: |settings| Settings {
                         attenuation: Attenuation::Linear,
                         snap: Snap::Sample,
                         ..settings
                     },
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: hollow(SQUARE),
+                    ..ALONG_DIRECTIONS
                 }
             }
-            /// 6.2's brute force: rays over the hemisphere, marched over the depth image.
+            /// The brute-force method of ShaderX7 6.2: rays over the hemisphere are marched over the depth image.
             RayMarch = "ray-march" {
                 twin: [ray_march],
                 shader: ["shared/attenuation.glsl", "ray_march.frag"],
@@ -140,15 +153,13 @@ macro_rules! methods {
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     samples: &["directions", "rays", "steps"],
-                    defaults: |settings| settings,
                     exits_early: false,
                     reads_near: true,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: filled(TRIANGLE),
+                    ..ALONG_DIRECTIONS
                 }
             }
-            /// Shanmugam and Arikan 2007, as 6.2 describes it: every sample is a sphere that occludes.
+            /// Shanmugam and Arikan 2007, as ShaderX7 6.2 describes it: every sample is a sphere that occludes.
             Microsphere = "microsphere" {
                 twin: [microsphere],
                 shader: ["shared/sampling.glsl", "microsphere.frag"],
@@ -158,16 +169,11 @@ macro_rules! methods {
                         "radius", "directions", "steps", "strength", "snap", "clamp",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
-                    defaults: |settings| settings,
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: hollow(DIAMOND),
+                    ..ALONG_DIRECTIONS
                 }
             }
-            /// Fox and Compton 2008, as 6.2 describes it: micro-spheres that all have the same solid angle.
+            /// Fox and Compton 2008, as ShaderX7 6.2 describes it: micro-spheres that all have the same solid angle.
             Crease = "crease" {
                 twin: [microsphere],
                 shader: ["shared/sampling.glsl", "microsphere.frag"],
@@ -177,16 +183,11 @@ macro_rules! methods {
                         "radius", "directions", "steps", "strength", "snap", "clamp",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
-                    samples: &["directions", "steps"],
-                    defaults: |settings| settings,
-                    exits_early: true,
-                    reads_near: false,
-                    blur: MethodBlur::Gaussian,
-                    tile: TileKind::Rotations,
                     marker: hollow(TRIANGLE),
+                    ..ALONG_DIRECTIONS
                 }
             }
-            /// ShaderX7 6.1, Crysis: the share of solid among points about P.
+            /// ShaderX7 6.1, the method of Crysis: A follows from the share of points around P that lie in open space.
             Ssao = "ssao" {
                 twin: [ssao],
                 shader: ["ssao.frag"],
@@ -197,28 +198,23 @@ macro_rules! methods {
                         "ssao-samples", "ssao-rotation", "ssao-depth", "ssao-normals", "ssao-curve",
                     ],
                     samples: &["ssao-samples"],
-                    defaults: |settings| settings,
                     exits_early: false,
-                    reads_near: false,
                     blur: MethodBlur::Crysis,
                     tile: TileKind::Vectors,
                     marker: filled(DIAMOND),
+                    ..ALONG_DIRECTIONS
                 }
             }
-            /// A = 1 everywhere: the 'No AO' rows of Table 6.2.1.
+            /// No method: A = 1 everywhere, as in the 'No AO' rows of Table 6.2.1.
             None = "none" {
                 twin: [],
                 shader: [],
                 define: [],
                 facts: {
-                    reads: &[],
                     samples: &[],
-                    defaults: |settings| settings,
                     exits_early: false,
-                    reads_near: false,
                     blur: MethodBlur::None,
-                    tile: TileKind::Rotations,
-                    marker: hollow(CROSS),
+                    ..ALONG_DIRECTIONS
                 }
             }
         }
@@ -234,12 +230,12 @@ macro_rules! declare {
         facts: { $($fact:tt)* }
     })+) => {
         choice! {
-            /// Which ambient occlusion method.
+            /// The ambient occlusion methods.
             Method { $($(#[$doc])* $variant = $name),+ }
         }
 
         impl Method {
-            /// All that tells the method from the others, apart from its equation.
+            /// The facts that distinguish the method from the others, apart from its equation.
             #[must_use]
             pub fn facts(self) -> &'static MethodFacts {
                 match self {
@@ -255,22 +251,23 @@ macro_rules! declare {
 methods!(declare);
 
 impl Method {
-    /// Whether the method reads the setting of this name. Settings of the G-buffer and of the output matter to all.
+    /// Whether the method reads the setting of this name. All methods read the settings of the G-buffer and of the
+    /// output.
     #[must_use]
     pub fn reads(self, knob: &str) -> bool {
         let lists = |method: &Method| method.facts().reads.contains(&knob);
         lists(&self) || !Method::ALL.iter().any(lists)
     }
 
-    /// The values of the settings that say how many samples the method takes for a pixel, in the order of
-    /// [`MethodFacts::samples`]: (8, 8) for 8 directions of 8 steps.
+    /// The values of the settings that determine how many samples the method takes for a pixel, in the order of
+    /// [`MethodFacts::samples`]. For 8 directions of 8 steps they are 8 and 8.
     #[must_use]
     pub fn counts(self, settings: &Settings) -> Vec<u32> {
         let knobs = self.facts().samples.iter().filter_map(|name| KNOBS.iter().find(|knob| knob.name == *name));
         knobs.filter_map(|knob| knob.count(settings)).collect()
     }
 
-    /// How many depth samples the method takes for a pixel that does not exit early; 0 for `none`.
+    /// The number of depth samples that the method takes for a pixel that does not exit early; 0 for `none`.
     #[must_use]
     pub fn samples(self, settings: &Settings) -> u32 {
         let counts = self.counts(settings);

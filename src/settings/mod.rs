@@ -1,8 +1,9 @@
-//! Every setting once: its meaning, unit, range and default; and every method once, with all that is known of it.
+//! Every setting, declared once with its meaning, unit, range and default; and every method, declared once with all
+//! facts about it.
 //!
-//! The command line's flags and `--help`, the settings files (TOML) and the metadata of the images written all come
-//! from [`KNOBS`]; the passes read the typed fields of [`Settings`]. What a method reads, how many samples it takes and
-//! what else tells it from the others stands in its row of facts ([`Method::facts`]), and nowhere else.
+//! The command line's flags and `--help`, the settings files (TOML) and the metadata of written images are all made
+//! from [`KNOBS`]; the passes read the typed fields of [`Settings`]. Which settings a method reads, how many samples it
+//! takes and what else distinguishes it is in its row of facts ([`Method::facts`]), and nowhere else.
 
 mod choice;
 #[cfg(feature = "render")]
@@ -24,23 +25,25 @@ use crate::Error;
 /// R, the distance beyond which nothing occludes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Radius {
-    /// In scene units.
+    /// A length in scene units.
     Units(f64),
-    /// In percent of the diagonal of the scene's bounding box.
+    /// A percentage of the diagonal of the scene's bounding box.
     Percent(f64),
 }
 
-/// The depth difference that the blur takes for an edge.
+/// The depth sigma s_z of the blur. Taps whose depth differs from the pixel's by much more than s_z hardly count. A
+/// pixel whose depth samples span more than s_z is an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthSigma {
-    /// In scene units.
+    /// A length in scene units.
     Units(f64),
-    /// As a share of the depth at hand.
+    /// A share of the depth at the pixel.
     OfDepth(f64),
 }
 
 impl DepthSigma {
-    /// In scene units, at depth z.
+    /// The sigma in scene units at depth `z`.
+    #[must_use]
     pub fn at(self, z: f64) -> f64 {
         match self {
             DepthSigma::Units(sigma) => sigma,
@@ -49,70 +52,73 @@ impl DepthSigma {
     }
 }
 
-/// Every knob of ambient occlusion and of the pipeline around it. Angles are radians.
+/// All settings of ambient occlusion and of the pipeline around it. Angles are in radians.
 ///
-/// [`Settings::validate`] holds the fields to the ranges of [`KNOBS`].
+/// Nothing checks a field when it is set. [`Settings::validate`] checks that all fields are in the ranges of [`KNOBS`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The method.
+    /// The ambient occlusion method.
     pub method: Method,
-    /// R, the radius of influence. A percentage must be made units of ([`Settings::resolved`]) before it can be used.
+    /// R, the radius of influence. A percentage must be converted to scene units ([`Settings::resolved`]) before
+    /// anything is rendered.
     pub radius: Radius,
-    /// N_d, the directions about each pixel.
+    /// N_d, the number of directions around each pixel: 1 to 64.
     pub directions: u32,
-    /// N_s, the steps along each direction.
+    /// N_s, the number of steps along each direction: 1 to 256.
     pub steps: u32,
-    /// N_r, the rays of `ray-march` at each azimuth.
+    /// N_r, the number of rays that `ray-march` casts at each azimuth: 1 to 64.
     pub rays: u32,
-    /// The angle bias, in radians.
+    /// The angle bias in radians, by which tangents are raised: 0 to 89 degrees.
     pub bias: f64,
-    /// The factor on the occlusion.
+    /// The factor by which the occlusion is multiplied: finite and above 0.
     pub strength: f64,
-    /// W(r).
+    /// The attenuation W(r), the weight of an occluder at the distance r.
     pub attenuation: Attenuation,
-    /// How samples are brought to texel centres.
+    /// How sample positions are rounded to texel centres.
     pub snap: Snap,
-    /// Where samples beyond the border lie.
+    /// Where a sample beyond the image's border is assumed to lie.
     pub clamp: Clamp,
-    /// Which tangent elevations are measured from.
+    /// Which tangent the elevations of samples are measured from.
     pub grounding: Grounding,
     /// Where the G-buffer's normals come from.
     pub normals: Normals,
-    /// Whether directions and steps are jittered.
+    /// Whether directions and steps differ from pixel to pixel.
     pub jitter: Jitter,
-    /// The blur's width in texels, odd; 0 is no blur.
+    /// The width of the blur in pixels of the full image: odd, from 3 to 41. 0 means no blur.
     pub blur: u32,
-    /// The blur's form.
+    /// Whether the blur runs in two passes or in one.
     pub blur_kernel: BlurKernel,
-    /// The blur's depth sigma in scene units; `None` is what [`Settings::depth_sigma`] says: R/4, or a share of the
-    /// depth.
+    /// The depth sigma s_z of the blur in scene units. If it is `None`, [`Settings::depth_sigma`] derives it: R/4, or
+    /// for `ssao` a share of the depth.
     pub blur_depth_sigma: Option<f64>,
-    /// Depth samples a pixel: 1, 2, 4 or 8. The driver may have fewer.
+    /// The number of depth samples per pixel: 1, 2, 4 or 8. The driver may provide fewer.
     pub msaa: u32,
-    /// What the blur does at edge pixels.
+    /// What the blur does at pixels that hold more than one surface.
     pub edges: Edges,
-    /// Ambient occlusion at half the width and height, rounded up.
+    /// Whether ambient occlusion is computed at half the width and height, rounded up. The blur then brings it to full
+    /// size.
     pub half_res: bool,
-    /// The samples of `ssao`: 8, 16 or 24.
+    /// The number of samples that `ssao` takes for a pixel: 8, 16 or 24.
     pub ssao_samples: u32,
-    /// How `ssao` jitters.
+    /// How `ssao` turns its offsets from pixel to pixel.
     pub ssao_rotation: SsaoRotation,
     /// The depth image that the samples of `ssao` read.
     pub ssao_depth: SsaoDepth,
-    /// Whether `ssao` flips its offsets to the side that the normal points to.
+    /// Whether `ssao` reverses offsets that point behind the surface.
     pub ssao_normals: Toggle,
-    /// Whether `ssao` ends with A^2 + A.
+    /// Whether `ssao` returns A^2 + A, as Crysis does, in place of A.
     pub ssao_curve: Toggle,
-    /// Format of ambient occlusion.
+    /// The texture format of ambient occlusion.
     pub ao_format: AoFormat,
-    /// Format of the G-buffer's normals.
+    /// The texture format of the G-buffer's normals.
     pub normal_format: NormalFormat,
-    /// Format of the G-buffer's depth.
+    /// The texture format of the G-buffer's linear depth.
     pub depth_format: DepthFormat,
 }
 
 impl Default for Settings {
-    /// The chapter's method with 8 directions of 8 steps, a 9x9 blur, 4 samples a pixel and 8-bit targets.
+    /// The chapter's method (ShaderX7 6.2) with 8 directions of 8 steps, a radius of 5 % of the bounding box's
+    /// diagonal, a 9x9 blur, 4 samples per pixel and 8-bit targets for normals and ambient occlusion.
     fn default() -> Settings {
         Settings {
             method: Method::default(),
@@ -147,14 +153,16 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The defaults of a method, which for some settings are its own: the talk attenuates linearly and snaps each
-    /// sample.
+    /// The default settings of a method. Some methods have defaults of their own: `hbao-talk` attenuates linearly and
+    /// snaps each sample.
     #[must_use]
     pub fn for_method(method: Method) -> Settings {
         (method.facts().defaults)(Settings { method, ..Settings::default() })
     }
 
-    /// The settings with a radius in percent made one in scene units; `diagonal` is that of the scene's bounding box.
+    /// The same settings with the radius in scene units. `diagonal` is the diagonal of the scene's bounding box, of
+    /// which [`Radius::Percent`] is a percentage.
+    #[must_use]
     pub fn resolved(&self, diagonal: f64) -> Settings {
         let radius = match self.radius {
             Radius::Percent(percent) => Radius::Units(percent / 100.0 * diagonal),
@@ -166,7 +174,7 @@ impl Settings {
     /// R in scene units.
     ///
     /// # Errors
-    /// Where it is still a percentage of a scene's size.
+    /// [`Error::Usage`] if the radius is still a percentage of a scene's size.
     pub fn radius_units(&self) -> Result<f64, Error> {
         match self.radius {
             Radius::Units(radius) => Ok(radius),
@@ -176,21 +184,25 @@ impl Settings {
         }
     }
 
-    /// R in scene units for the method's passes; 0 where the method reads none, whatever it is set to.
+    /// R in scene units, as the method's passes need it. It is 0 for a method that reads no radius, whatever the
+    /// setting is.
     pub(crate) fn radius_read(&self) -> Result<f64, Error> {
         if self.method.reads("radius") { self.radius_units() } else { Ok(0.0) }
     }
 
-    /// How many pixels, in x and in y, a texel of ambient occlusion stands for before the blur.
+    /// How many pixels one texel of unblurred ambient occlusion stands for, in x and in y: 2 at half resolution,
+    /// otherwise 1.
+    #[must_use]
     pub fn ao_scale(&self) -> u32 {
         if self.half_res && self.method.reads("half-res") { 2 } else { 1 }
     }
 
-    /// s_z of the blur: its own, or a quarter of the distance within which the method looks: of R, or for `ssao` of the
-    /// depth 2 P.z l_n of its farthest sample.
+    /// The depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is a quarter
+    /// of the distance within which the method looks for occluders: R/4, or for `ssao` a quarter of 2 P.z l_n, the
+    /// offset in depth of its farthest sample.
     ///
     /// # Errors
-    /// As [`Settings::radius_units`].
+    /// [`Error::Usage`] if the sigma follows from a radius in percent.
     pub fn depth_sigma(&self) -> Result<DepthSigma, Error> {
         match (self.blur_depth_sigma, self.method.facts().blur) {
             (Some(sigma), _) => Ok(DepthSigma::Units(sigma)),
@@ -202,10 +214,10 @@ impl Settings {
         }
     }
 
-    /// Holds every field to its range.
+    /// Checks that every field is in its range.
     ///
     /// # Errors
-    /// Names the first knob outside its range, and the range.
+    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range.
     pub fn validate(&self) -> Result<(), Error> {
         let mut copy = self.clone();
         KNOBS.iter().filter(|knob| !knob.is_unset(self)).try_for_each(|knob| knob.set(&mut copy, &knob.text(self)))

@@ -8,7 +8,7 @@ use std::process::Output;
 
 use hbao::image::{Image, exr, png};
 use hbao::rotation_tile;
-use hbao::settings::{Kind, Settings};
+use hbao::settings::{KNOBS, Kind, Method, Settings};
 
 const SMALL: &str = "96x72";
 
@@ -439,11 +439,26 @@ mod settings {
     }
 
     #[test]
+    fn every_setting_that_a_method_does_not_read_is_said_to_have_no_effect() {
+        let folder = folder();
+        for &method in Method::ALL {
+            let unread: Vec<_> = KNOBS.iter().filter(|knob| !method.reads(knob.name)).collect();
+            let defaults = Settings::for_method(method);
+            let flags: String =
+                unread.iter().map(|knob| format!(" --{}={}", knob.name, knob.text(&defaults))).collect();
+            let stderr = render(folder.path(), &format!("-o a.png --method {}{flags}", method.name()));
+            let said: Vec<_> = notices(&stderr).iter().map(|line| line.split(" has no").next().unwrap()).collect();
+            let expected: Vec<_> = unread.iter().map(|knob| format!("hbao: --{}", knob.name)).collect();
+            assert_eq!(said, expected, "{}", method.name());
+        }
+    }
+
+    #[test]
     fn help_lists_every_knob_with_its_range_and_default() {
         let output = hbao(Path::new("."), &["render", "--help"]);
         assert_eq!(output.status.code(), Some(0));
         let help = String::from_utf8(output.stdout).unwrap();
-        for knob in hbao::settings::KNOBS {
+        for knob in KNOBS {
             let flag = match knob.kind {
                 Kind::Switch => format!("--{}[=<BOOL>]", knob.name),
                 _ => format!("--{} <{}>", knob.name, knob.value),

@@ -4,6 +4,7 @@
 
 use crate::rig::command::{HBAO, by, hbao, of_arguments, with_shader_cache};
 use crate::rig::random::Draw;
+use hbao::settings::Method;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
@@ -74,11 +75,7 @@ const FLAGS: &[(&str, &[&str], &[&str])] = &[
     ("--ortho", &["2", "1e-6"], &["0", "-0", "inf", "1e308", "5e-324"]),
     ("--near", &["1e-3", "0.5"], &["0", "-1", "nan", "1e308", "5e-324"]),
     ("--far", &["100", "1e6"], &["0", "inf", "1e-300", "1e308"]),
-    (
-        "--method",
-        &["hbao", "hbao-talk", "ray-march", "ssao", "microsphere", "crease", "none"],
-        &["hbao-view", "HBAO", "gtao", ""],
-    ),
+    ("--method", Method::NAMES, &["HBAO", "gtao", "hbao ", ""]),
     ("--radius", &["1", "2%", "1e6"], &["0", "-1", "nan", "%", "1e999", "1e308", "5e-324", "1e308%", "5e-324%"]),
     ("--directions", &["1", "4"], &["0", "65", "4294967296", "-1", "4.0", "0x4"]),
     ("--steps", &["1", "4"], &["0", "257", "4294967295", "18446744073709551616"]),

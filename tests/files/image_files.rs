@@ -96,7 +96,7 @@ mod images {
         let path = folder.path().join("image.png");
         write(&path, &png::encode(&ramp(), &[]).unwrap()).unwrap();
         assert_eq!(png::read::<u8>(&path).unwrap(), ramp());
-        assert!(message(png::read::<[u8; 3]>(&path)).contains("Rgb of 8 bits is wanted"));
+        assert!(message(png::read::<[u8; 3]>(&path)).contains("a PNG in Rgb of 8 bits"));
         write(&path, &png::encode(&rgb_ramp(), &[]).unwrap()).unwrap();
         assert_eq!(png::read::<[u8; 3]>(&path).unwrap(), rgb_ramp());
     }

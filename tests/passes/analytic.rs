@@ -9,7 +9,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
 use hbao::scene::{Mesh, View};
-use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, Method, NormalFormat, Radius, Snap};
+use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, NormalFormat, Radius, Snap};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget};
 
 /// What single precision leaves of a closed form.
@@ -419,7 +419,7 @@ fn no_radius_makes_background_occlude() {
     let near = ByHand { depth: strip.depth.map(|z| if z.is_finite() { z } else { 150.0 }), ..strip };
     let textures = Textures::new(context.gl(), &near, TextureTarget::Rectangle, NormalEncoding::Signed);
     let inputs = Inputs { background: 150.0, ..textures.inputs };
-    for method in [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease] {
+    for method in rig::methods().filter(|method| method.reads("radius")) {
         let settings = Settings { method, snap: Snap::Step, blur: 0, ..rig::float_settings(200.0) };
         let mut ao = AmbientOcclusion::new(context.gl().clone(), near.size(), &settings).unwrap();
         let visibility = ao.render(&inputs).unwrap();

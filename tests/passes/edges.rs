@@ -241,8 +241,8 @@ fn an_application_may_bring_its_own_depth_samples() {
 
     let samples = inputs.samples.unwrap();
     for (wrong, part) in [
-        (DepthSamples { samples: 8, ..samples }, "has 4 samples a pixel, not the 8 said"),
-        (DepthSamples { texture: inputs.depth.texture, ..samples }, "samples texture is not of the kind said"),
+        (DepthSamples { samples: 8, ..samples }, "has 4 samples per pixel, but 8 were declared"),
+        (DepthSamples { texture: inputs.depth.texture, ..samples }, "samples texture is not of the declared kind"),
     ] {
         let error = ao.render(&Inputs { samples: Some(wrong), ..inputs }).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");

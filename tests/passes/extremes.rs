@@ -4,7 +4,7 @@
 
 use crate::rig;
 use crate::rig::by_hand::{self, ByHand, Textures, orthographic, perspective};
-use crate::rig::{FOUR_SAMPLES, Shot, everywhere, hold};
+use crate::rig::{FOUR_SAMPLES, Shot, everywhere, hold, raw};
 use glam::{DVec3, dvec3};
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
@@ -12,15 +12,6 @@ use hbao::reference;
 use hbao::scene::{Lens, Mesh, Projection, View};
 use hbao::settings::{Clamp, Jitter, Method, Normals, Snap, SsaoDepth, Toggle};
 use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget, rotation_tile};
-
-const METHODS: [Method; 6] =
-    [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease, Method::Ssao];
-
-/// A method's own defaults without its blur.
-fn raw(method: Method, radius: f64) -> Settings {
-    let own = Settings::for_method(method);
-    Settings { method, attenuation: own.attenuation, snap: own.snap, blur: 0, ..rig::float_settings(radius) }
-}
 
 /// Holds the shader to the twin over views of one size, at the pixels that are not ambiguous. Here most may be: where
 /// samples are as high as each other by construction, it is anyone's guess which decides the talk's W.
@@ -81,7 +72,7 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
         Projection::Orthographic { .. } => false,
     };
     let wide: Vec<ByHand> = views.iter().filter(|view| !narrow(view)).cloned().collect();
-    for method in METHODS {
+    for method in rig::methods() {
         // Beyond 64 texels float32 cannot tell the sum of micro-spheres: tests/stability.rs.
         let wide = if method == Method::Microsphere { wide.as_slice() } else { &views };
         hold_views(&context, wide, &raw(method, 2.0), "beside the eye");
@@ -128,7 +119,7 @@ fn a_sample_straight_in_front_closes_its_direction_by_its_weight() {
                 }
             }
         }
-        for method in METHODS {
+        for method in rig::methods() {
             let settings = Settings { directions: 4, jitter: Jitter::None, ..raw(method, radius) };
             hold_views(&context, std::slice::from_ref(&view), &settings, "straight in front");
         }
@@ -147,7 +138,7 @@ fn steps_that_collapse_towards_the_centre_match_their_twins() {
             Projection::Orthographic { .. } => 0.25,
             Projection::Perspective { tan_half_fov_y, .. } => 8.0 * 2.0 * tan_half_fov_y / f64::from(SIZE.1),
         };
-        for method in METHODS {
+        for method in rig::methods() {
             for texels in [0.1, 0.999, 1.001, 1.3] {
                 for (snap, jitter) in [(Snap::Step, Jitter::Tile), (Snap::None, Jitter::None)] {
                     let settings =
@@ -191,7 +182,7 @@ fn a_radius_across_the_whole_picture_and_far_beyond_matches_the_twin() {
         [(3, perspective(60.0, SIZE)), (4, perspective(175.0, SIZE)), (5, orthographic(0.5, SIZE))]
             .map(|(seed, projection)| by_hand::rubble(SIZE, projection, seed, 8.0..12.0))
             .into();
-    for method in METHODS {
+    for method in rig::methods() {
         // Beyond 64 texels float32 cannot tell the sum of micro-spheres: tests/stability.rs.
         let radii: &[f64] = if method == Method::Microsphere { &[10.0] } else { &[10.0, 1e3, 1e9, 1e16] };
         for &radius in radii {
@@ -208,7 +199,7 @@ fn pictures_of_few_texels_match_their_twins_at_half_resolution_with_the_blur() {
     let context = Context::open(Backend::Egl).unwrap();
     for size in [(1, 1), (2, 1), (1, 7), (13, 7)] {
         let view = by_hand::rubble(size, perspective(60.0, size), 21, 8.0..9.0);
-        for method in METHODS {
+        for method in rig::methods() {
             for (half_res, ssao_depth) in [(true, SsaoDepth::Full), (false, SsaoDepth::Half)] {
                 let settings = Settings { half_res, ssao_depth, blur: 9, ..raw(method, 6.0) };
                 let unblurred = Settings { blur: 0, ..settings.clone() };
@@ -350,7 +341,7 @@ fn normals_of_any_length_edge_on_and_facing_away_match_the_twin() {
                 (length * n).as_vec3().to_array()
             });
             let view = ByHand { depth: depth.clone(), normals, projection };
-            for method in METHODS {
+            for method in rig::methods() {
                 let settings = Settings { bias: 0.2, ..raw(method, 2.0) };
                 let settings = Settings { ssao_normals: Toggle::On, directions: 5, steps: 4, ..settings };
                 hold_views(&context, std::slice::from_ref(&view), &settings, &format!("at length {length:e}"));

@@ -9,7 +9,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
 use hbao::scene::Lens;
-use hbao::settings::{Jitter, Method, Radius, Snap};
+use hbao::settings::{Jitter, Method, Radius, Snap, TileKind};
 
 /// Coordinates that float32 and float64 hold with bits to spare, so that moving them rounds nothing.
 fn coarse(shot: &Shot) -> Shot {
@@ -30,17 +30,12 @@ fn hold_identical(got: &Frame, expected: &Frame, what: &str) {
     assert!(expected.raw.texels.iter().any(|&a| a < 0.95), "{what}");
 }
 
-const METHODS: [Method; 6] =
-    [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease, Method::Ssao];
-
 /// Every method over shots in perspective and orthographic.
 fn each_method(mut body: impl FnMut(&Context, &Shot, &Settings, &str)) {
     let context = Context::open(Backend::Osmesa).unwrap();
-    for method in METHODS {
+    for method in rig::methods() {
         for shot in [scenes::box_on_a_floor(), scenes::floor_and_wall().orthographic()] {
-            let own = Settings::for_method(method);
-            let settings =
-                Settings { method, attenuation: own.attenuation, snap: own.snap, ..rig::float_settings(shot.radius) };
+            let settings = Settings { blur: Settings::default().blur, ..rig::raw(method, shot.radius) };
             let what = format!("{} of {}", method.name(), shot.name);
             body(&context, &shot, &settings, &what);
         }
@@ -103,8 +98,8 @@ fn a_world_a_million_away_looks_the_same_to_the_bit() {
 #[test]
 fn a_mirrored_world_gives_the_mirrored_image_by_every_method() {
     each_method(|context, shot, settings, what| {
-        if settings.method == Method::Ssao {
-            // A cube's corners in a row of lengths are not their own mirror image.
+        if settings.method.facts().tile == TileKind::Vectors {
+            // Offsets in space, a cube's corners in a row of lengths, are not their own mirror image.
             return;
         }
         let settings = Settings { jitter: Jitter::None, ..settings.clone() };
@@ -130,7 +125,7 @@ fn a_smaller_field_of_view_crops_the_image() {
     const PART: (u32, u32) = (72, 56);
     let (left, low) = (((FULL.0 - PART.0) / 2) as usize, ((FULL.1 - PART.1) / 2) as usize);
     each_method(|context, shot, settings, what| {
-        if settings.method == Method::Ssao {
+        if !settings.method.reads("radius") {
             // Its offsets are shares of the image, of which there is less.
             return;
         }
@@ -182,19 +177,11 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
     let shot = scenes::box_on_a_floor().orthographic();
     // Four steps of two texels, along the axes.
     let radius = 10.0 * shot.height / f64::from(SMALL.1);
-    for method in [Method::Hbao, Method::HbaoTalk, Method::Crease] {
+    // A micro-sphere stands for so many texels, of which there are nine times as many.
+    for method in rig::methods().filter(|&method| method.reads("snap") && method != Method::Microsphere) {
         for snap in [Snap::Step, Snap::Sample, Snap::None] {
-            let own = Settings::for_method(method);
-            let settings = Settings {
-                method,
-                attenuation: own.attenuation,
-                snap,
-                jitter: Jitter::None,
-                directions: 4,
-                steps: 4,
-                blur: 0,
-                ..rig::float_settings(radius)
-            };
+            let few = Settings { directions: 4, steps: 4, ..rig::raw(method, radius) };
+            let settings = Settings { snap, jitter: Jitter::None, ..few };
             let what = format!("{} {snap:?}", method.name());
             let [small, large] = [SMALL, LARGE].map(|size| rig::render(context.gl(), &shot, size, &settings));
             let middle = |image: &Image<f32>| Image::from_fn(47, 31, |x, y| image.at(3 * x + 1, 3 * y + 1));
@@ -221,7 +208,7 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
 #[test]
 fn twice_the_size_gives_nearly_the_same_mean() {
     each_method(|context, shot, settings, what| {
-        if settings.method == Method::Ssao {
+        if !settings.method.reads("radius") {
             // Its offsets are shares of the picture; what rounds to P's own texel in a small one is not occluded.
             return;
         }

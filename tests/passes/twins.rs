@@ -34,24 +34,29 @@ impl Case {
 
 /// Cases of the chapter's method.
 const CASES: usize = 64;
-/// Cases of the others, in turn.
-const OTHERS: usize = 40;
-const METHODS: [Method; 5] = [Method::HbaoTalk, Method::RayMarch, Method::Microsphere, Method::Crease, Method::None];
+/// Cases of each of the others.
+const OTHERS: usize = 8;
 /// Cases of ssao, which reads knobs of its own.
 const SSAO: usize = 32;
+
+/// The methods but the chapter's and ssao.
+fn others() -> Vec<Method> {
+    Method::ALL.iter().copied().filter(|&method| method != Method::Hbao && method != Method::Ssao).collect()
+}
 
 /// Cases that cover every value of every switch, and many combinations.
 fn cases() -> Vec<Case> {
     let mut draw = Draw::new(20_080_602);
     // Knobs that came later, drawn apart: the cases that were there stay as they were.
     let mut later = Draw::new(20_090_216);
-    let shots = scenes::all();
+    let (shots, others) = (scenes::all(), others());
+    let plain = CASES + OTHERS * others.len();
     let case = |i: usize| {
         let shot = shots[i % shots.len()].clone();
         let shot = if (i / shots.len()).is_multiple_of(2) { shot } else { shot.orthographic() };
         // A row of a floor has one depth, and the pixels of a row share ssao's offsets four by four: one tie would be
         // that of all. So the camera is rolled.
-        let shot = if i < CASES + OTHERS { shot } else { shot.rolled() };
+        let shot = if i < plain { shot } else { shot.rolled() };
         // Far below a texel or so, the usual, and beyond the scene.
         let radius = shot.radius * draw.one(&[0.03, 0.5, 1.0, 1.0, 100.0]);
         let settings = Settings {
@@ -74,7 +79,7 @@ fn cases() -> Vec<Case> {
             depth_format: *draw.one(&[DepthFormat::R32f, DepthFormat::R32f, DepthFormat::R16f]),
             method: match i {
                 _ if i < CASES => Method::Hbao,
-                _ if i < CASES + OTHERS => METHODS[i % METHODS.len()],
+                _ if i < plain => others[i % others.len()],
                 _ => Method::Ssao,
             },
             rays: [1, 2, 4, 7][i % 4],
@@ -88,13 +93,12 @@ fn cases() -> Vec<Case> {
             ssao_curve: *later.one(&[Toggle::Off, Toggle::On]),
         };
         // The twin takes as long as there are samples.
-        let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
-        let size = if settings.directions * settings.steps * rays > 300 { (33, 21) } else { SIZE };
+        let size = if settings.method.samples(&settings) > 300 { (33, 21) } else { SIZE };
         // The ambient share of an edge is the mean of its samples' shares, which nothing here reads back.
         let applies = if settings.msaa == 1 { &[Apply::All, Apply::Ambient][..] } else { &[Apply::All] };
         Case { backend: *draw.one(&rig::BOTH), shot, size, settings, apply: *draw.one(applies) }
     };
-    (0..CASES + OTHERS + SSAO).map(case).collect()
+    (0..plain + SSAO).map(case).collect()
 }
 
 fn hold_composite(frame: &Frame, case: &Case) {
@@ -126,7 +130,7 @@ fn hold_cases_from(start: usize) {
     for case in cases().into_iter().skip(start).step_by(4) {
         let context = Context::open(case.backend).unwrap();
         let frame = rig::render_applied(context.gl(), &case.shot, case.size, &case.settings, case.apply);
-        frames += usize::from(case.settings.method != Method::None);
+        frames += usize::from(rig::computes(case.settings.method));
         occluded += usize::from(frame.raw.texels.iter().any(|&a| a < 0.98));
         let text = case.text();
         twin::hold_gbuffer(&frame, &case.shot, case.size, &case.settings, &text);
@@ -298,7 +302,7 @@ fn inputs_of_another_kind_or_size_and_projections_without_extent_are_refused() {
     refused((SIZE.0 + 1, SIZE.1), textures.inputs, "the depth texture has 97x61 texels");
     let mut flat = textures.inputs;
     flat.normals.target = TextureTarget::Texture2d;
-    refused(SIZE, flat, "the normals texture is not of the kind said");
+    refused(SIZE, flat, "the normals texture is not of the declared kind");
     for tan_half_fov_x in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let projection = Projection::Perspective { tan_half_fov_x, tan_half_fov_y: 1.0 };
         refused(SIZE, Inputs { projection, ..textures.inputs }, "must be finite and above 0");

@@ -21,7 +21,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
 use hbao::scene::Projection;
-use hbao::settings::{AoFormat, Edges, Radius};
+use hbao::settings::{AoFormat, Edges, Method, Radius};
 use hbao::{Apply, Pipeline, Request, Settings, rotation_tile};
 use std::sync::Arc;
 
@@ -123,16 +123,31 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
     assert!(different.is_empty(), "{different:?} differ\n{context}");
 }
 
-/// Settings that use every value of every switch, four at most at once.
+/// Every method that computes something, in the order of the list of methods.
+pub fn methods() -> impl Iterator<Item = Method> {
+    Method::ALL.iter().copied().filter(|method| computes(*method))
+}
+
+/// Whether a method has a pass of its own: `none` has not, and leaves every pixel open.
+pub fn computes(method: Method) -> bool {
+    !method.facts().samples.is_empty()
+}
+
+/// Float formats with a method's own defaults, without its blur.
+pub fn raw(method: Method, radius: f64) -> Settings {
+    (method.facts().defaults)(Settings { method, blur: 0, ..float_settings(radius) })
+}
+
+/// Settings that use every value of every switch, four at most at once, and every method.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, Method, NormalFormat, Normals, Snap, SsaoDepth,
+        Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, NormalFormat, Normals, Snap, SsaoDepth,
         SsaoRotation, Toggle,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
     let ssao = || method(Method::Ssao, 100.0);
     let base = |radius: f64| Settings { radius: Radius::Units(radius), ..Settings::default() };
-    vec![
+    let chapter = [
         base(150.0),
         Settings { snap: Snap::Sample, attenuation: Attenuation::Linear, ao_format: AoFormat::R16f, ..base(200.0) },
         Settings { snap: Snap::None, attenuation: Attenuation::None, ao_format: AoFormat::R32f, ..base(100.0) },
@@ -145,11 +160,14 @@ pub fn every_switch() -> Vec<Settings> {
             ..base(150.0)
         },
         Settings { normals: Normals::Vertex, jitter: Jitter::None, blur_kernel: BlurKernel::Full, ..base(150.0) },
-        Settings { bias: 0.3, strength: 2.0, ..method(Method::HbaoTalk, 150.0) },
-        method(Method::RayMarch, 100.0),
-        method(Method::Microsphere, 100.0),
-        method(Method::Crease, 100.0),
-        method(Method::None, 100.0),
+    ];
+    // The methods that are not listed here for their own switches.
+    let listed = [Settings::default().method, Method::Ssao];
+    let others = Method::ALL.iter().filter(|other| !listed.contains(other)).map(|&other| {
+        let strong = Settings { bias: 0.3, strength: 2.0, ..method(other, 150.0) };
+        if other.reads("bias") { strong } else { method(other, 100.0) }
+    });
+    let more = [
         Settings { edges: Edges::Off, msaa: 2, ..base(150.0) },
         Settings { half_res: true, ..base(400.0) },
         Settings { half_res: true, blur_kernel: BlurKernel::Full, msaa: 1, ..base(400.0) },
@@ -159,7 +177,8 @@ pub fn every_switch() -> Vec<Settings> {
         Settings { ssao_samples: 24, ssao_normals: Toggle::On, ssao_curve: Toggle::Off, half_res: true, ..ssao() },
         Settings { ssao_normals: Toggle::On, ssao_depth: SsaoDepth::Half, jitter: Jitter::None, blur: 0, ..ssao() },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
-    ]
+    ];
+    chapter.into_iter().chain(others).chain(more).collect()
 }
 
 /// Default settings but for what a comparison in float needs, and a radius.

@@ -197,7 +197,7 @@ fn radius() -> impl Strategy<Value = f64> {
 }
 
 /// Settings of these methods, every switch among them.
-fn settings(methods: &'static [Method]) -> impl Strategy<Value = Settings> {
+fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
     let counts =
         (select(&[1u32, 2, 3, 4, 5, 8, 8, 8, 16, 64][..]), select(&[1u32, 2, 3, 4, 4, 8, 8, 8, 16, 33, 64][..]));
     let bias = prop_oneof![2 => Just(0.0), 1 => Just(89.0), 1 => 0.0..89.0f64, 1 => Just(30.0)];
@@ -272,14 +272,13 @@ fn settings(methods: &'static [Method]) -> impl Strategy<Value = Settings> {
 }
 
 /// Settings of these methods with what is rendered by them.
-pub(crate) fn batch(methods: &'static [Method]) -> impl Strategy<Value = Batch> {
+pub(crate) fn batch(methods: Vec<Method>) -> impl Strategy<Value = Batch> {
     let backend = select(&[Backend::Egl, Backend::Osmesa][..]);
     let orthographic = prop::bool::weighted(0.3);
     (backend, settings(methods), size(), orthographic, vec(drawn(), 1..=SHOTS)).prop_map(
         |(backend, settings, size, orthographic, shots)| {
             // Small where there are many samples.
-            let rays = if settings.method == Method::RayMarch { settings.rays } else { 1 };
-            let samples = settings.directions * settings.steps * rays;
+            let samples = settings.method.samples(&settings);
             let side = |n: u32| {
                 if samples > 600 {
                     n.min(17)
