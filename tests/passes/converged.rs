@@ -83,7 +83,7 @@ fn a_wall_on_a_floor_is_as_open_as_to_rays() {
 /// itself and compared with its direction's tangent, leaves the valley too open, and a finer image does not mend it.
 #[test]
 fn a_sample_every_texel_over_the_directions_tangent_leaves_a_valley_too_open() {
-    for (half, away) in [(36, 4), (72, 8)] {
+    for (half, away) in [(45, 5), (90, 10)] {
         let view = valley(half);
         let radius = half as f64 * 8.0 / 9.0;
         let settings = Settings {
