@@ -1,5 +1,5 @@
-//! The images that can be written of a rendering, with one row of facts each: `--show`, `--dump`, their help texts and the
-//! notices on flags without effect all ask these rows.
+//! The images that can be written of a rendering, with one row of facts each: `--show`, `--dump`, their help texts and
+//! the notices on flags without effect all ask these rows.
 
 use hbao::image::{Image, exr, png};
 use hbao::settings::{MethodBlur, Settings};

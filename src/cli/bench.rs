@@ -93,8 +93,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             Group::Crysis => crysis(&base),
             Group::Scaling => scaling(&base, flags.size, scene.mesh.triangles.len()),
         };
-        // The series goes on to larger images than were asked for. An image that was asked for stays: where it is too large,
-        // the driver refuses it.
+        // The series goes on to larger images than were asked for. An image that was asked for stays: where it is too
+        // large, the driver refuses it.
         let largest = limit.max(flags.size.0).max(flags.size.1);
         let (count, fits) = (all.len(), |case: &Case| case.size.0.max(case.size.1) <= largest);
         all.retain(fits);

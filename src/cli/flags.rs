@@ -1,7 +1,7 @@
 //! The flags that verbs share: the scene, the camera, and every knob of [`KNOBS`].
 //!
-//! clap takes all values as text, and this module reads them. In this way each message is one line that names the flag and
-//! says what it takes, and a value may begin with a minus.
+//! clap takes all values as text, and this module reads them. In this way each message is one line that names the flag
+//! and says what it takes, and a value may begin with a minus.
 
 use clap::{Arg, ArgMatches, value_parser};
 use glam::DVec3;
@@ -56,8 +56,8 @@ fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> A
     valued(name, value, help).allow_hyphen_values(true)
 }
 
-/// The path that a flag gives. It must name a file with the extension `wanted`, or something like /dev/stdout, so that no
-/// model or settings file is overwritten by mistake.
+/// The path that a flag gives. It must name a file with the extension `wanted`, or something like /dev/stdout, so that
+/// no model or settings file is overwritten by mistake.
 pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<Option<PathBuf>, Error> {
     let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
     let right = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
@@ -278,7 +278,8 @@ pub(crate) fn with_origin(settings: &Settings, render: toml::Table) -> String {
     format!("{}\n{render}", settings.to_toml())
 }
 
-/// Degrees as they were typed. A field of view of 50 degrees becomes a tangent, from which 49.99999999999999 comes back.
+/// Degrees as they were typed. A field of view of 50 degrees becomes a tangent, from which 49.99999999999999 comes
+/// back.
 fn typed(degrees: f64) -> f64 {
     (degrees * 1e10).round() / 1e10
 }

@@ -134,8 +134,8 @@ impl Wanted {
     }
 }
 
-/// Renders. Mistakes are found before the next, more expensive step: first those in the flags, then those about the files
-/// to be written, then those in the scene, then those of OpenGL.
+/// Renders. Mistakes are found before the next, more expensive step: first those in the flags, then those about the
+/// files to be written, then those in the scene, then those of OpenGL.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
@@ -195,9 +195,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// The settings as a settings file holds them, and everything else that the image follows from, in a table of its own that
-/// [`Settings::read_toml`] skips. The backend is not part of it: one driver renders the same image by EGL and by OSMesa, and
-/// the files are then equal to the byte.
+/// The settings as a settings file holds them, and everything else that the image follows from, in a table of its own
+/// that [`Settings::read_toml`] skips. The backend is not part of it: one driver renders the same image by EGL and by
+/// OSMesa, and the files are then equal to the byte.
 fn origin(
     settings: &Settings,
     flags: &Flags,

@@ -40,8 +40,8 @@ pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced
     Ok(traced)
 }
 
-/// The notice that a knob changes nothing on what only reads the radius and the attenuation. A method has an attenuation of
-/// its own, which counts unless another is given.
+/// The notice that a knob changes nothing on what only reads the radius and the attenuation. A method has an
+/// attenuation of its own, which counts unless another is given.
 pub(crate) fn without_effect(knob: &str, settings: &Settings, on: &str) -> String {
     let attenuation = settings.attenuation.name();
     if knob == "method" && settings.attenuation == Settings::for_method(settings.method).attenuation {

@@ -2,8 +2,8 @@
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// Words an error of clap's in one line. The line is made from the error's kind and context, because clap's own message has
-/// several lines. Errors about a value out of range do not come from clap: `flags` reads the values.
+/// Words an error of clap's in one line. The line is made from the error's kind and context, because clap's own message
+/// has several lines. Errors about a value out of range do not come from clap: `flags` reads the values.
 pub(super) fn one_line(error: &clap::Error) -> String {
     let about = |kind| error.get(kind).map(named).unwrap_or_default();
     let argument = about(ContextKind::InvalidArg);

@@ -5,8 +5,8 @@ use crate::settings::{Method, MethodBlur, Settings};
 /// The width of Crysis' own blur in texels.
 const CRYSIS_BLUR: u32 = 4;
 
-/// The directions about a pixel, the rays in each direction, and the steps on each ray. The samples of a method that has a
-/// single count are the steps of one ray. A method without a pass has none of them: [0, 0, 0].
+/// The directions about a pixel, the rays in each direction, and the steps on each ray. The samples of a method that
+/// has a single count are the steps of one ray. A method without a pass has none of them: [0, 0, 0].
 pub fn directions_rays_steps(method: Method, settings: &Settings) -> [u32; 3] {
     match method.counts(settings)[..] {
         [samples] => [1, 1, samples],

@@ -42,8 +42,8 @@ pub const TABLE_6_2_1: [TableRow; 9] = [
 /// The fastest of the table's cards, which the talk's figure was measured on too.
 pub const ULTRA: &str = "8800 Ultra";
 
-/// The SIGGRAPH 2008 talk, Figure 1: megapixels per second of ambient occlusion alone, with 8 directions of 8 steps, and
-/// with 4 rays in each direction where rays are marched; on [`ULTRA`]. The talk does not give the image's size.
+/// The SIGGRAPH 2008 talk, Figure 1: megapixels per second of ambient occlusion alone, with 8 directions of 8 steps,
+/// and with 4 rays in each direction where rays are marched; on [`ULTRA`]. The talk does not give the image's size.
 pub const FIGURE_1: [(Method, f64); 2] = [(Method::HbaoTalk, 67.0), (Method::RayMarch, 15.0)];
 
 /// ShaderX7 6.1, Results: Crysis' ambient occlusion with its blur on a GeForce 8800 GTX.

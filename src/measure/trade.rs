@@ -82,8 +82,8 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
 const EDGE_SAMPLES: u32 = 4;
 
 /// The pixels that hold more than one surface: those whose 4 depth samples span more than the settings' depth sigma, or
-/// mix surface and background. [`Settings::msaa`] does not matter, so that images of one sample a pixel can be judged at
-/// these pixels too. Where the driver has no multisample textures, no pixel is an edge.
+/// mix surface and background. [`Settings::msaa`] does not matter, so that images of one sample a pixel can be judged
+/// at these pixels too. Where the driver has no multisample textures, no pixel is an edge.
 ///
 /// # Errors
 /// What the driver refuses.
@@ -97,8 +97,8 @@ pub fn edges(gl: &Arc<glow::Context>, shot: Shot, settings: &Settings) -> Result
 
 /// Measures each of `settings` on a view, in `runs` interleaved rounds after one that compiles the shaders and is not
 /// counted. The images are compared with the truth over its covered pixels, and over the edge pixels among these. The
-/// edge pixels are the same for all rows, by the depth sigma of the first of `settings`. `progress` is called after each
-/// rendering.
+/// edge pixels are the same for all rows, by the depth sigma of the first of `settings`. `progress` is called after
+/// each rendering.
 ///
 /// # Errors
 /// What the driver refuses, or a truth of another size than the shot's.

@@ -117,8 +117,8 @@ fn mark<'a>(i: usize, at: (i32, i32)) -> DynElement<'static, SVGBackend<'a>, (i3
     }
 }
 
-/// The texels that each direction of a pixel reads, as offsets (x, y) from that pixel, which is drawn in the middle. The
-/// first direction is at `turn` radians.
+/// The texels that each direction of a pixel reads, as offsets (x, y) from that pixel, which is drawn in the middle.
+/// The first direction is at `turn` radians.
 pub(super) fn texels(directions: &[Vec<(f64, f64)>], turn: f64) -> Result<String, Error> {
     let reach = directions.iter().flatten().map(|(x, y)| x.abs().max(y.abs())).fold(3.0, f64::max) + 1.5;
     svg((420, 420), |root| {

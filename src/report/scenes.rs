@@ -29,8 +29,8 @@ fn subject(key: &'static str, name: &str, mesh: Mesh, eye: DVec3, target: DVec3,
 /// Two half planes that meet in a vertical line in the middle of the picture, each turned away from the eye by `away`
 /// radians: 0 is a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room.
 ///
-/// The horizontal field of view is 90 degrees. Under that angle the offsets of `ssao` fill a ball: they are in widths of the
-/// picture across, and in units of 2 P.z in depth.
+/// The horizontal field of view is 90 degrees. Under that angle the offsets of `ssao` fill a ball: they are in widths
+/// of the picture across, and in units of 2 P.z in depth.
 pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -> Result<Subject, Error> {
     let (high, wide) = (400.0, 400.0);
     let side = |sign: f64| {
@@ -62,8 +62,8 @@ pub(super) fn floor() -> Result<Subject, Error> {
     Ok(subject("floor", "floor", mesh, dvec3(0.0, 6.0, 8.0), DVec3::ZERO, 1.0))
 }
 
-/// A floor with a square rim upright on it, seen from straight above: Figure 6.2.4 in three dimensions. From the middle of
-/// the floor the rim hides low points beyond it, although these are above the height field.
+/// A floor with a square rim upright on it, seen from straight above: Figure 6.2.4 in three dimensions. From the middle
+/// of the floor the rim hides low points beyond it, although these are above the height field.
 pub(super) fn pit() -> Result<Subject, Error> {
     let (half, thick, high, far) = (2.0, 0.25, 1.6, 60.0);
     let floor = [dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)];
@@ -83,8 +83,8 @@ pub(super) fn pit() -> Result<Subject, Error> {
     Ok(pit)
 }
 
-/// The inside of a half pipe with `facets` flat strips over its half circle, seen from straight below or along its length.
-/// It is a round vault of low tessellation: each facet makes a crease of PI / facets with the next.
+/// The inside of a half pipe with `facets` flat strips over its half circle, seen from straight below or along its
+/// length. It is a round vault of low tessellation: each facet makes a crease of PI / facets with the next.
 pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
     let (radius, long) = (4.0, 30.0);
     let at = |i: u32, z: f64| {
@@ -115,7 +115,8 @@ pub(super) fn valley() -> Result<Subject, Error> {
     Ok(valley)
 }
 
-/// A ball of `facets` facets around its axis and half as many from pole to pole. It is convex, so that every facet is open.
+/// A ball of `facets` facets around its axis and half as many from pole to pole. It is convex, so that every facet is
+/// open.
 pub(super) fn ball(facets: u32) -> Result<Subject, Error> {
     let rings = facets / 2;
     let at = |i: u32, j: u32| {

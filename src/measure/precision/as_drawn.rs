@@ -14,9 +14,9 @@ const SNAPPED: f64 = 2.0 / 256.0;
 /// before it is taken for that of a side turned away. No format rounds by as much.
 const SLIVER: f64 = 0.03;
 
-/// The surface at each pixel as the rasteriser may have taken it. Of the surfaces that rays meet within the rasteriser's
-/// grid around the pixel's centre, it is the one nearest to the depth and the normal drawn. Where there are several and
-/// the drawn one is none of them, it is what was drawn.
+/// The surface at each pixel as the rasteriser may have taken it. Of the surfaces that rays meet within the
+/// rasteriser's grid around the pixel's centre, it is the one nearest to the depth and the normal drawn. Where there
+/// are several and the drawn one is none of them, it is what was drawn.
 ///
 /// The second value is the number of pixels where it is another surface than the one at the centre.
 pub(super) fn as_drawn(

@@ -59,8 +59,8 @@ fn degrees(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Renders views with one choice of settings, and compares them pass by pass. The settings must have one sample a pixel,
-/// full resolution and a radius in scene units.
+/// Renders views with one choice of settings, and compares them pass by pass. The settings must have one sample a
+/// pixel, full resolution and a radius in scene units.
 pub struct Comparer {
     pipeline: Pipeline,
     settings: Settings,

@@ -52,10 +52,10 @@ impl Measured {
 
 /// The index of the answer, if there is one.
 ///
-/// Where the error is limited, time is noisy and RMSE is not. Of those that reach the error, the answer is the most accurate
-/// whose median is within the noise of the fastest, which means at most the upper quartile of the fastest one's runs. Where
-/// the time is limited, the answer is the most accurate whose median is within the limit. Errors that differ by less than
-/// 0.0001, which tables do not show, count as equal; then the faster is the answer.
+/// Where the error is limited, time is noisy and RMSE is not. Of those that reach the error, the answer is the most
+/// accurate whose median is within the noise of the fastest, which means at most the upper quartile of the fastest
+/// one's runs. Where the time is limited, the answer is the most accurate whose median is within the limit. Errors that
+/// differ by less than 0.0001, which tables do not show, count as equal; then the faster is the answer.
 pub fn choose(goal: Goal, measured: &[Measured]) -> Option<usize> {
     let meets = |one: &Measured| goal.share(one.ms, one.rmse) <= 1.0;
     let within = match goal {

@@ -61,8 +61,8 @@ impl Contest<'_> {
         }
     }
 
-    /// The settings that may win, the most promising first. Where the error is reached without wider formats, those with
-    /// wider formats get their verdict here.
+    /// The settings that may win, the most promising first. Where the error is reached without wider formats, those
+    /// with wider formats get their verdict here.
     fn hopeful(&self, space: &Space, all: &mut [Tried]) -> Vec<usize> {
         let goal = self.goal;
         let margin = if matches!(goal, Goal::MaxError(_)) { 1.0 } else { NEAR };

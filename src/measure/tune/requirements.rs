@@ -17,8 +17,8 @@ pub struct Requirements {
     pub covered: Image<bool>,
     /// Depth samples a pixel, as many as the driver gave.
     pub samples: u32,
-    /// How many pixels the blur takes for edges: first with the depth sigma of the methods that share one, then with that
-    /// of `ssao`.
+    /// How many pixels the blur takes for edges: first with the depth sigma of the methods that share one, then with
+    /// that of `ssao`.
     pub edge_pixels: [usize; 2],
     /// R in texels at the farthest covered pixel and at the nearest.
     pub radius_px: (f64, f64),

@@ -155,8 +155,8 @@ impl<'a> Tuner<'a> {
         self.tried.iter().any(more).then_some(Verdict::MoreWork)
     }
 
-    /// The settings that are worth varying: the best of those that meet the goal, and those that nearly meet it and would
-    /// be better. Where there are none, those nearest to the goal.
+    /// The settings that are worth varying: the best of those that meet the goal, and those that nearly meet it and
+    /// would be better. Where there are none, those nearest to the goal.
     fn leaders(&self, goal: Goal, round: usize, wide: bool) -> Vec<usize> {
         let usual = |&i: &usize| wide || !self.space.is_wide(&self.tried[i].settings);
         let all = (0..self.tried.len()).filter(usual);

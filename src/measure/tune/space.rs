@@ -32,9 +32,9 @@ impl Space {
         self.pinned.iter().any(|pinned| pinned.name == knob)
     }
 
-    /// `settings` as they may be searched: with the pinned knobs, with those that decide the user's picture, and without a
-    /// supersampled blur where no pixel needs one. None for another method than a pinned one, and for an image that would
-    /// stay at half size.
+    /// `settings` as they may be searched: with the pinned knobs, with those that decide the user's picture, and
+    /// without a supersampled blur where no pixel needs one. None for another method than a pinned one, and for an
+    /// image that would stay at half size.
     pub(super) fn admit(&self, settings: &Settings) -> Option<Settings> {
         let base = &self.base;
         if self.pins("method") && settings.method != base.method {
@@ -146,9 +146,9 @@ pub(super) fn key(settings: &Settings) -> String {
     values.chain([s.method.name().into(), (s.blur > 0).to_string()]).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether `a` certainly takes no more work than `b`: they are the same in everything but counts and blur, and `a` has no
-/// higher count. `exits` is whether `b` may exit early at pixels whose step is below a texel. With fewer steps the step is
-/// longer, so that `a` may have to compute those pixels.
+/// Whether `a` certainly takes no more work than `b`: they are the same in everything but counts and blur, and `a` has
+/// no higher count. `exits` is whether `b` may exit early at pixels whose step is below a texel. With fewer steps the
+/// step is longer, so that `a` may have to compute those pixels.
 pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
     if a.method.facts().samples.is_empty() {
         return true;

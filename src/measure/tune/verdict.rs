@@ -111,8 +111,8 @@ pub struct Tuned {
 }
 
 impl Tuned {
-    /// The answer, and then those of the timed settings that came nearest to it: those that would have won with the least
-    /// change of the limited quantity and of the one to be minimised, both as factors.
+    /// The answer, and then those of the timed settings that came nearest to it: those that would have won with the
+    /// least change of the limited quantity and of the one to be minimised, both as factors.
     pub fn nearest(&self, goal: Goal, count: usize) -> Vec<usize> {
         let measured = |i: usize| Some((self.tried[i].ms()?, self.tried[i].rmse()?));
         let Some((best, (ms, rmse))) = self.best.and_then(|i| Some((i, measured(i)?))) else { return Vec::new() };

@@ -279,8 +279,8 @@ fn snapped_directions_band(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     let bound = at_least(2.0, 1.2);
     let mut found = Vec::new();
     for subject in lab.data_sets() {
-        // By how much snapping moves A: the same samples are compared with the directions kept, at the pixels where no step is
-        // below a texel.
+        // By how much snapping moves A: the same samples are compared with the directions kept, at the pixels where no
+        // step is below a texel.
         let moved = |radius: f64, count: u32, longest: u32, smallest: f64| -> Result<Option<f64>, Error> {
             let settings = |snap| Settings {
                 radius: Radius::Units(radius),

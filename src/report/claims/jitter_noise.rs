@@ -2,9 +2,9 @@
 
 use hbao::image::Image;
 
-/// The noise that the jitter leaves: how much the 16 residues of the tile differ in windows of 8x8 tiles, each tile on one
-/// smooth surface, as the root of the mean variance. Changes within a tile that come from the scene itself average out over
-/// a window, except for a slope, which is subtracted. None where there are fewer than 10 such windows.
+/// The noise that the jitter leaves: how much the 16 residues of the tile differ in windows of 8x8 tiles, each tile on
+/// one smooth surface, as the root of the mean variance. Changes within a tile that come from the scene itself average
+/// out over a window, except for a slope, which is subtracted. None where there are fewer than 10 such windows.
 pub(super) fn noise(image: &Image<f32>, depth: &Image<f32>) -> Option<f64> {
     const TILES: usize = 8;
     let smooth = |x: usize, y: usize| {

@@ -145,7 +145,8 @@ fn micro_spheres(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
             let [spheres, horizons] = [lab.ao(subject, &of(Method::Microsphere))?, lab.ao(subject, &of(Method::Hbao))?];
             let occlusion =
                 |image: &Image<f32>| Ok::<_, Error>(-compare(image, &image.map(|_| 1.0), &truth.mask)?.bias);
-            // The factor that would turn the spheres' mean occlusion into the truth's. No factor mends an occlusion of 0.
+            // The factor that would turn the spheres' mean occlusion into the truth's. No factor mends an occlusion of
+            // 0.
             let (wanted, got) = (occlusion(&truth.visibility)?, occlusion(&spheres)?);
             factors.push((got > 1e-4).then(|| wanted / got));
             too_dark.push([share(&spheres), share(&horizons)]);

@@ -14,8 +14,8 @@ pub(super) const ALL: &[Test] =
 /// The fewest runs that have a spread which a ratio can be compared with.
 const FEWEST_RUNS: usize = 3;
 
-/// One list of times over another, run by run: the median over the pairs, which were measured in turns. The verdict is 'in
-/// part' where the runs disagree, that is where the least and the largest ratio have different verdicts.
+/// One list of times over another, run by run: the median over the pairs, which were measured in turns. The verdict is
+/// 'in part' where the runs disagree, that is where the least and the largest ratio have different verdicts.
 fn pairs(bound: Bound, scene: &str, [over, under]: [&[f64]; 2], what: &str) -> Option<Found> {
     let ratios: Vec<f64> = over.iter().zip(under).map(|(over, under)| over / under).collect();
     if ratios.len() < FEWEST_RUNS {

@@ -245,9 +245,9 @@ fn supersampled_edges(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     })
 }
 
-/// The mean error on edge pixels without and with the supersampling blur, and the number of these pixels. Pixels are left
-/// out where the blur meets a surface whose steps are below a texel: there the chapter exits early at the smaller size, and
-/// not at the larger one.
+/// The mean error on edge pixels without and with the supersampling blur, and the number of these pixels. Pixels are
+/// left out where the blur meets a surface whose steps are below a texel: there the chapter exits early at the smaller
+/// size, and not at the larger one.
 fn bleeding(lab: &Lab, subject: &Subject) -> Result<Option<(f64, f64, usize)>, Error> {
     let settings = Settings { msaa: 4, ..subject.exact(Method::Hbao) };
     let twice = (2 * lab.size.0, 2 * lab.size.1);

@@ -18,7 +18,8 @@ pub(crate) fn spread(times: &[f64]) -> (f64, f64) {
     times.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &t| (low.min(t), high.max(t)))
 }
 
-/// The median in milliseconds, and by how many percent the farthest run differs from it; a dash where no pass was timed.
+/// The median in milliseconds, and by how many percent the farthest run differs from it; a dash where no pass was
+/// timed.
 pub(crate) fn with_spread(times: &[f64]) -> String {
     let ((low, high), middle) = (spread(times), median(times));
     let farthest = (high - middle).max(middle - low) / middle * 100.0;
