@@ -140,6 +140,7 @@ fn settings_out_of_range() {
         (USAGE, "--backend glx", "glx"),
         (USAGE, "--depth-format r8", "--depth-format: "),
         (USAGE, "--no-such-flag", "unexpected argument '--no-such-flag'"),
+        (USAGE, "--step 3", "unexpected argument '--step' found; a similar argument exists: '--steps'"),
         (USAGE, "--steps", "a value is required for '--steps <N>'"),
         (USAGE, "--steps --blur 3", "a value is required for '--steps <N>'"),
         (USAGE, "--radius -1%", "--radius: '-1%' is neither"),
