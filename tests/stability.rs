@@ -111,10 +111,10 @@ fn held<A: Copy + Into<f64>, B: Copy + Into<f64>>(
 }
 
 /// Whether R covers so many texels that float32 cannot tell the sum of the micro-spheres. The samples stand for the
-/// pi R_px^2 texels of R's disc, wherever the border clamps them to. At a texel's distance each texel takes pi/4 of solid
-/// angle. Of n.D/|D| some 1e-7 is rounded off, and |r| times as much where the terms of D are that much longer than D.
-/// The sum makes of it some 1e-3 of A at R_px = 100, and nothing bounds it. So the pixels are checked for their range and
-/// counted, and are not compared with the twin.
+/// pi R_px^2 texels of R's disc, wherever the border clamps them to. At a texel's distance each texel takes pi/4 of
+/// solid angle. Of n.D/|D| some 1e-7 is rounded off, and |r| times as much where the terms of D are that much longer
+/// than D. The sum makes of it some 1e-3 of A at R_px = 100, and nothing bounds it. So the pixels are checked for their
+/// range and counted, and are not compared with the twin.
 fn amplifies(
     settings: &Settings,
     camera: &Camera,
@@ -319,8 +319,8 @@ fn micro_spheres_and_creases_are_finite_in_range_and_their_twins_at_the_extremes
 
 #[test]
 fn ssao_is_finite_in_range_and_its_twins_at_the_extremes() {
-    // The weights of its blur do not fall off with distance, so that at half resolution the taps on both sides of a pixel
-    // are often equally near in depth.
+    // The weights of its blur do not fall off with distance, so that at half resolution the taps on both sides of a
+    // pixel are often equally near in depth.
     let most = Most { blur_ambiguous: 0.15, ..FEW };
     let draws = Draws { methods: vec![Method::Ssao], sets: 9, share: 0.15, only: None, most };
     hold_drawn("tests/stability/ssao.seeds", draws);
