@@ -28,8 +28,8 @@ const SCENE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4
 /// Small pictures of few samples. Nine files: the output, seven in the folder, and the times.
 const DUMP: &str = "render /dev/stdin -o out.png --dump dump --timings times.json --directions 2 --steps 2 --blur 3";
 
-/// A command that is spoken to over pipes, with shaders out of a cache on the disk: what is tested lies before and after
-/// the rendering.
+/// A command that is spoken to over pipes, with shaders out of a cache on the disk: what is tested lies before and
+/// after the rendering.
 fn with_pipes(mut command: Command) -> Command {
     with_shader_cache(&mut command);
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -184,8 +184,8 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
 fn a_model_takes_few_bytes_for_each_of_its_file() {
     let _alone = alone();
     let (most, mut worst) = (20.0, 0.0_f64);
-    // A list doubles as it grows, and takes the most just after that, each at its own length: between one length and its
-    // double they all do. The longer run, which HBAO_JUNK_MB asks for, looks four times as closely.
+    // A list doubles as it grows, and takes the most just after that, each at its own length: between one length and
+    // its double they all do. The longer run, which HBAO_JUNK_MB asks for, looks four times as closely.
     let every = if std::env::var_os("HBAO_JUNK_MB").is_some() { 1 } else { 4 };
     for length in (32..64).step_by(every).map(|part| part * MB / 32) {
         for (kind, text) in models_of_little_but_one_thing(length) {

@@ -110,10 +110,10 @@ fn held<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     compare(got, expected, mask, limits).or_else(|mismatch| fail(format!("{what}: {mismatch}")))
 }
 
-/// Whether R is so many texels that float32 cannot tell the sum of micro-spheres. Samples stand for the pi R_px^2 texels
-/// of R's disc, wherever the border clamps them to: at a texel's distance that is pi/4 of solid angle each, and the 1e-7
-/// that is rounded off n.D/|D|, times |r| where D's terms are as much longer than it, becomes some 1e-3 of A at R_px = 100.
-/// A limit of that sum, which nothing bounds: such pixels are scanned and counted, not compared.
+/// Whether R is so many texels that float32 cannot tell the sum of micro-spheres. Samples stand for the pi R_px^2
+/// texels of R's disc, wherever the border clamps them to: at a texel's distance that is pi/4 of solid angle each, and
+/// the 1e-7 that is rounded off n.D/|D|, times |r| where D's terms are as much longer than it, becomes some 1e-3 of A
+/// at R_px = 100. A limit of that sum, which nothing bounds: such pixels are scanned and counted, not compared.
 fn amplifies(
     settings: &Settings,
     camera: &Camera,
@@ -218,8 +218,8 @@ struct Draws {
     most: Most,
 }
 
-/// What may be left out of the comparison with the twins: shares of the covered pixels of all frames before and after the
-/// blur, and of the frames of which 0.5 %, or more than two pixels, are ambiguous.
+/// What may be left out of the comparison with the twins: shares of the covered pixels of all frames before and after
+/// the blur, and of the frames of which 0.5 %, or more than two pixels, are ambiguous.
 #[derive(Clone, Copy)]
 struct Most {
     ambiguous: f64,
@@ -318,7 +318,8 @@ fn micro_spheres_and_creases_are_finite_in_range_and_their_twins_at_the_extremes
 
 #[test]
 fn ssao_is_finite_in_range_and_its_twins_at_the_extremes() {
-    // Its blur has no weights that fall off: from half resolution the taps on both sides of a pixel are as near in depth.
+    // Its blur has no weights that fall off: from half resolution the taps on both sides of a pixel are as near in
+    // depth.
     let most = Most { blur_ambiguous: 0.15, ..FEW };
     let draws = Draws { methods: vec![Method::Ssao], sets: 9, share: 0.15, only: None, most };
     hold_drawn("tests/stability/ssao.seeds", draws);

@@ -1,4 +1,5 @@
-//! Whatever the command line says, the command does it or refuses it in one line and leaves nothing behind: every file of
+//! Whatever the command line says, the command does it or refuses it in one line and leaves nothing behind: every file
+//! of
 //! `tests/hostile/command_lines`, an argument a line, and commands drawn from its grammar. `HBAO_FUZZ_CASES` over 100
 //! says how many. And whatever it is given to read, it ends, in little memory.
 

@@ -27,8 +27,8 @@ pub struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    /// Compares the pixels that see one triangle, or none, wherever within a hundredth of a pixel their sample lies, and
-    /// says how many surfaces these are; otherwise what differs.
+    /// Compares the pixels that see one triangle, or none, wherever within a hundredth of a pixel their sample lies,
+    /// and says how many surfaces these are; otherwise what differs.
     pub fn compare(&self) -> Result<usize, String> {
         let size = (self.depth.width, self.depth.height);
         let [x, y] = self.sample;
@@ -106,8 +106,8 @@ impl Surfaces<'_> {
         })
     }
 
-    /// Whether depth z is that of another triangle's plane, which within a hundredth of a pixel of the sample is as near
-    /// as the one seen: where two cross, and one of them is seen nearly edge-on.
+    /// Whether depth z is that of another triangle's plane, which within a hundredth of a pixel of the sample is as
+    /// near as the one seen: where two cross, and one of them is seen nearly edge-on.
     fn meets_another(&self, at: (usize, usize), z: f64, allowed: f64, (position, normal): (DVec3, DVec3)) -> bool {
         let seen = self.about(at, position, normal);
         self.mesh.triangles.iter().any(|triangle| {
