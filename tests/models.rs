@@ -67,7 +67,7 @@ fn hold_every_switch(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) 
         let text = format!("{name}\n{}", settings.to_toml());
         let [frame, other] = [egl, osmesa].map(|backend| {
             let context = Context::open(backend).unwrap();
-            rig::render(context.gl(), &shot, (200, 150), &settings)
+            rig::render(context.gl(), &shot, (140, 105), &settings)
         });
         assert_identical(&frame, &other, &text);
         twin::hold_edges(&frame, &settings, &text);

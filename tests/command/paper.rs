@@ -39,7 +39,7 @@ const FIGURES: [&str; 16] = [
 #[test]
 fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
-    let output = cached(folder.path(), "paper -o report --size 96x72 --runs 1 --truth-rays 16");
+    let output = cached(folder.path(), "paper -o report --size 64x48 --runs 1 --truth-rays 16");
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{said}");
     let report = folder.path().join("report");

@@ -1,6 +1,6 @@
 //! Where float32 and the narrower formats break, something is done about it: a better formulation, or a refusal. How
 //! far each pass is from float64 as the numbers go to their extremes is a section of `hbao paper`, held by
-//! tests/paper.rs.
+//! tests/command/paper.rs.
 
 use crate::rig;
 use crate::rig::{float_settings, scenes};

@@ -56,7 +56,7 @@ impl Frame {
     }
 
     /// Where its samples lie, from the pixel's centre in pixels, y up: of one sample, or of the four of llvmpipe, the
-    /// standard pattern. tests/edges.rs asks the driver.
+    /// standard pattern. tests/passes/edges.rs asks the driver.
     pub fn sample_positions(&self) -> &'static [[f64; 2]] {
         if self.samples.is_empty() { &[[0.0; 2]] } else { &FOUR_SAMPLES }
     }
