@@ -1,7 +1,7 @@
 //! Whatever the command line says, the command does it, or refuses it in one line and leaves nothing behind. The tests
 //! try every file of `tests/hostile/command_lines`, which holds one argument on each line, and commands that they draw
-//! from the command's grammar: a hundredth as many as `HBAO_FUZZ_CASES` says. And whatever the command is given to read,
-//! it ends, and takes little memory.
+//! from the command's grammar: a hundredth as many as `HBAO_FUZZ_CASES` says. And whatever the command is given to
+//! read, it ends, and takes little memory.
 
 use crate::rig::command::{HBAO, by, hbao, of_arguments, with_shader_cache};
 use crate::rig::random::Draw;
