@@ -161,7 +161,7 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     scan("blurred ambient occlusion", &ao)?;
 
     let tile = rotation_tile(settings);
-    let inputs = reference::Inputs {
+    let inputs = reference::TwinInputs {
         depth: &depth,
         normals: &normals,
         tile: &tile,

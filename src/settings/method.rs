@@ -5,7 +5,7 @@
 //! A new method needs its shader in `glsl/`, its float64 twin in `src/reference/`, and a row here.
 
 use super::choice::choice;
-use super::{Attenuation, KNOBS, Settings, Snap};
+use super::{Attenuation, Settings, Snap};
 
 /// What distinguishes a method from the others, apart from its equation.
 #[derive(Clone, Copy, Debug)]
@@ -258,26 +258,12 @@ impl Method {
         let lists = |method: &Method| method.facts().reads.contains(&knob);
         lists(&self) || !Method::ALL.iter().any(lists)
     }
-
-    /// The values of the settings that determine how many samples the method takes for a pixel, in the order of
-    /// [`MethodFacts::samples`]. For 8 directions of 8 steps they are 8 and 8.
-    #[must_use]
-    pub fn counts(self, settings: &Settings) -> Vec<u32> {
-        let knobs = self.facts().samples.iter().filter_map(|name| KNOBS.iter().find(|knob| knob.name == *name));
-        knobs.filter_map(|knob| knob.count(settings)).collect()
-    }
-
-    /// The number of depth samples that the method takes for a pixel that does not exit early; 0 for `none`.
-    #[must_use]
-    pub fn samples(self, settings: &Settings) -> u32 {
-        let counts = self.counts(settings);
-        if counts.is_empty() { 0 } else { counts.iter().product() }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::KNOBS;
 
     #[test]
     fn every_name_in_a_row_is_a_settings_name_and_samples_are_read_and_count() {
@@ -291,23 +277,6 @@ mod tests {
             }
             assert_eq!(method.counts(&Settings::default()).len(), facts.samples.len());
         }
-    }
-
-    #[test]
-    fn samples_are_the_product_of_the_counts() {
-        let settings = Settings { directions: 3, steps: 5, rays: 7, ssao_samples: 24, ..Settings::default() };
-        for (method, samples) in [
-            (Method::Hbao, 15),
-            (Method::HbaoTalk, 15),
-            (Method::RayMarch, 105),
-            (Method::Microsphere, 15),
-            (Method::Crease, 15),
-            (Method::Ssao, 24),
-            (Method::None, 0),
-        ] {
-            assert_eq!(method.samples(&settings), samples, "{}", method.name());
-        }
-        assert_eq!(Method::RayMarch.counts(&settings), [3, 7, 5]);
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod file;
 mod idle;
 mod knobs;
 pub(crate) mod method;
+mod samples;
 
 pub use choice::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, NormalFormat, Normals, Snap,

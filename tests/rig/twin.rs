@@ -97,7 +97,7 @@ pub fn hold_edges(frame: &Frame, settings: &Settings, context: &str) {
 
 /// Visibility made from `inputs` against the twin: within the tolerance at 99.9 %, and everywhere but at pixels that
 /// the twin calls ambiguous, of which there may be 0.5 %, or two. Returns how many they are.
-pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &Settings, context: &str) -> usize {
+pub fn hold_visibility(got: &Image<f32>, inputs: &reference::TwinInputs, settings: &Settings, context: &str) -> usize {
     // The pixels that the texels of ambient occlusion stand for.
     let scale = settings.ao_scale() as usize;
     let covered = Image::from_fn(got.width, got.height, |x, y| inputs.depth.at(scale * x, scale * y).is_finite());
