@@ -7,7 +7,7 @@ use hbao::{Apply, Error, Pipeline, Request, rotation_tile};
 use std::path::Path;
 
 /// An image that can be written.
-pub(crate) struct Rendered {
+pub(crate) struct ImageKind {
     /// Its name for `--show`; none for an image that only `--dump` writes.
     pub(crate) name: Option<&'static str>,
     /// The name of its file in the folder of `--dump`; none for an image that is not dumped.
@@ -27,10 +27,10 @@ pub(crate) struct Rendered {
 /// Declares the rows, and the list of all of them.
 macro_rules! images {
     ($($(#[$doc:meta])* $image:ident { $($fact:tt)* })+) => {
-        $($(#[$doc])* pub(crate) static $image: Rendered = Rendered { $($fact)* };)+
+        $($(#[$doc])* pub(crate) static $image: ImageKind = ImageKind { $($fact)* };)+
 
         /// Every image, in the order in which `--show` lists them.
-        pub(crate) static ALL: &[&Rendered] = &[$(&$image),+];
+        pub(crate) static ALL: &[&ImageKind] = &[$(&$image),+];
     };
 }
 
@@ -145,22 +145,22 @@ fn not_kept(what: &str) -> Error {
 }
 
 /// The request for a pipeline that makes these images.
-pub(crate) fn request<'a>(images: impl IntoIterator<Item = &'a Rendered>, apply: Apply) -> Request {
+pub(crate) fn request<'a>(images: impl IntoIterator<Item = &'a ImageKind>, apply: Apply) -> Request {
     let gbuffer = Request { gbuffer_only: true, ..Request::default() };
     images.into_iter().fold(gbuffer, |request, image| (image.needs)(request, apply))
 }
 
 /// The images that `--show` can name, with their names.
-pub(crate) fn names() -> impl Iterator<Item = (&'static str, &'static Rendered)> {
+pub(crate) fn names() -> impl Iterator<Item = (&'static str, &'static ImageKind)> {
     ALL.iter().filter_map(|image| Some((image.name?, *image)))
 }
 
 /// The images that `--dump` writes, and the names of their files.
-pub(crate) fn dumped() -> impl Iterator<Item = (&'static str, &'static Rendered)> {
+pub(crate) fn dumped() -> impl Iterator<Item = (&'static str, &'static ImageKind)> {
     ALL.iter().filter_map(|image| Some((image.dumped?, *image)))
 }
 
-impl Rendered {
+impl ImageKind {
     /// Whether the setting of this name can change the image, as the other settings are.
     pub(crate) fn is_decided_by(&self, knob: &str, settings: &Settings) -> bool {
         (self.decided_by)(knob, settings)

@@ -62,7 +62,8 @@ impl Inputs {
         }
         if method.facts().reads_near && (self.near.is_nan() || self.near <= 0.0) {
             return Err(Error::Usage(format!(
-                "ray-march ends its rays at the near plane: near must be above 0, not {}",
+                "{} ends its rays at the near plane: near must be above 0, not {}",
+                method.name(),
                 self.near
             )));
         }

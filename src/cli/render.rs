@@ -3,7 +3,7 @@
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
 use super::session::open_context;
-use crate::picture::{self, FileFormat, Rendered};
+use crate::picture::{self, FileFormat, ImageKind};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
@@ -66,7 +66,7 @@ fn images_in_words() -> String {
 struct Wanted {
     output: PathBuf,
     format: FileFormat,
-    show: &'static Rendered,
+    show: &'static ImageKind,
     /// The name of `show`.
     shown: &'static str,
     apply: Apply,
@@ -93,12 +93,12 @@ impl Wanted {
     }
 
     /// The images of `--dump`, and where they are written.
-    fn dumped(&self) -> impl Iterator<Item = (PathBuf, &'static Rendered)> {
+    fn dumped(&self) -> impl Iterator<Item = (PathBuf, &'static ImageKind)> {
         self.dump.iter().flat_map(|folder| picture::dumped().map(|(name, image)| (folder.join(name), image)))
     }
 
     /// Every image that is written.
-    fn images(&self) -> impl Iterator<Item = &'static Rendered> {
+    fn images(&self) -> impl Iterator<Item = &'static ImageKind> {
         [self.show].into_iter().chain(self.dumped().map(|(_, image)| image))
     }
 
@@ -129,7 +129,7 @@ impl Wanted {
 
     /// The settings to render with: without a blur where no image and no time of it is written.
     fn needed(&self, settings: Settings) -> Settings {
-        let blur = if self.timings.is_none() && self.images().all(Rendered::is_unblurred) { 0 } else { settings.blur };
+        let blur = if self.timings.is_none() && self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
         Settings { blur, ..settings }
     }
 }
@@ -173,7 +173,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let text = metadata(&origin);
     // Everything is encoded before anything is written, so that there is little time in which an interrupt finds files
     // half written.
-    let encode = |image: &Rendered, format| image.encode(&pipeline, &resolved, format, &text);
+    let encode = |image: &ImageKind, format| image.encode(&pipeline, &resolved, format, &text);
     let mut files = vec![(wanted.output.clone(), encode(wanted.show, wanted.format)?)];
     for (path, image) in wanted.dumped() {
         let format = FileFormat::of(&path)?;

@@ -9,6 +9,7 @@ use crate::terminal::{bar, print, say};
 use clap::{ArgMatches, Command};
 use hbao::image::Outputs;
 use hbao::measure::decomposition::{TruthAt, decompose_all, subset};
+use hbao::measure::errors::too_noisy;
 use hbao::measure::trade::{chapter, measure, sweep};
 use hbao::measure::{Shot, TruthImage};
 use hbao::{Error, check_size};
@@ -81,7 +82,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let parts: Vec<Decomposed> = chapter.into_iter().zip(parts).collect();
     let errors = rows.iter().map(|row| row.errors.rmse).chain(parts.iter().map(|(_, parts)| parts.model.rmse));
     let least = errors.fold(f64::INFINITY, f64::min);
-    if traced.noise_rmse > least / 5.0 {
+    if too_noisy(traced.noise_rmse, least) {
         say(&format!(
             "the truth's noise of {:.5} is more than a fifth of the least error, {least:.5}: give more --truth-rays",
             traced.noise_rmse

@@ -9,6 +9,7 @@ use crate::terminal::{bar, print, say};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
 use hbao::image::Outputs;
+use hbao::measure::errors::too_noisy;
 use hbao::measure::tune::Tuner;
 use hbao::measure::tune::choice::Goal;
 use hbao::measure::{Shot, TruthImage};
@@ -111,7 +112,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let Some(best) = tuned.best.map(|i| &tuned.tried[i]) else { return Err(failed(words::nothing(&tuned, goal))) };
     let rmse = best.rmse().unwrap_or(f64::NAN);
     let against = if let Goal::MaxError(limit) = goal { limit } else { rmse };
-    if traced.noise_rmse > against / 5.0 {
+    if too_noisy(traced.noise_rmse, against) {
         say(&format!(
             "the truth's noise of {:.5} is more than a fifth of an error of {against:.5}: give more --truth-rays",
             traced.noise_rmse

@@ -54,7 +54,7 @@ pub enum Backend {
 impl Backend {
     const ALL: [Backend; 3] = [Backend::Auto, Backend::Egl, Backend::Osmesa];
 
-    /// The name of every backend, as the command line and settings files spell it.
+    /// The name of every backend, as the command line spells it.
     pub const NAMES: [&'static str; 3] = [Backend::Auto.name(), Backend::Egl.name(), Backend::Osmesa.name()];
 
     /// The backend's name.

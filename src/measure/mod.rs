@@ -21,5 +21,5 @@ pub mod tune;
 
 pub use counts::{blur_width, directions_rays_steps};
 pub use shot::Shot;
-pub use times::median;
+pub use times::{blur_ms, median};
 pub use truth_image::TruthImage;

@@ -20,6 +20,12 @@ pub(super) fn is_blur(pass: &str) -> bool {
     pass.starts_with("blur")
 }
 
+/// The milliseconds of the blur's passes together.
+#[must_use]
+pub fn blur_ms(times: &[PassTime]) -> f64 {
+    sum(times, is_blur)
+}
+
 /// The middle of the values, or the mean of the two in the middle. The median of no values is NaN.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();

@@ -7,7 +7,7 @@ use super::interleaved::interleaved;
 use super::times::median;
 use super::{Shot, TruthImage};
 use crate::image::Image;
-use crate::settings::{AoFormat, BlurKernel, DepthFormat, Method, NormalFormat, Settings};
+use crate::settings::{AoFormat, BlurKernel, DepthFormat, Knob, Method, NormalFormat, Settings};
 use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
 use std::sync::Arc;
 
@@ -51,30 +51,36 @@ pub fn chapter(base: &Settings) -> Vec<Settings> {
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
+    // The methods whose samples are the product of so many counts.
+    let others = |counts: usize| -> Vec<Method> {
+        let all = Method::ALL.iter().filter(|&&method| method != Method::Hbao);
+        all.filter(|method| method.facts().samples.len() == counts).copied().collect()
+    };
     let mut all = Vec::new();
     for (directions, steps) in [(2, 4), (4, 4), (4, 8), (6, 6), (8, 8), (16, 8), (16, 16), (32, 16)] {
         for (blur, half_res) in [(9, false), (9, true), (21, false)] {
             all.push(Settings { blur, half_res, ..with(of(Method::Hbao), directions, steps) });
         }
     }
-    for (directions, steps) in [(4, 4), (8, 8), (16, 16)] {
-        all.push(Settings { blur: 0, ..with(of(Method::Hbao), directions, steps) });
-        all.push(with(of(Method::HbaoTalk), directions, steps));
-        all.push(with(of(Method::Microsphere), directions, steps));
-        all.push(with(of(Method::Crease), directions, steps));
+    for count in [4, 8, 16] {
+        all.push(Settings { blur: 0, ..with(of(Method::Hbao), count, count) });
+        for method in others(2) {
+            all.push(with(of(method), count, count));
+        }
     }
-    for (directions, rays, steps) in [(4, 2, 4), (8, 4, 8), (16, 4, 16)] {
-        all.push(Settings { rays, ..with(of(Method::RayMarch), directions, steps) });
+    for counts in [[4, 2, 4], [8, 4, 8], [16, 4, 16]] {
+        all.extend(others(3).into_iter().map(|method| method.with_counts(of(method), &counts)));
     }
-    for ssao_samples in [8, 16, 24] {
-        all.push(Settings { ssao_samples, ..of(Method::Ssao) });
+    for method in others(1) {
+        let choices = method.facts().samples.iter().filter_map(|name| Knob::named(name)).flat_map(Knob::choices);
+        all.extend(choices.map(|&count| method.with_counts(of(method), &[count])));
     }
     let chapter = || with(of(Method::Hbao), 8, 8);
     all.push(Settings { blur_kernel: BlurKernel::Full, ..chapter() });
     all.push(Settings { ao_format: AoFormat::R32f, ..chapter() });
     all.push(Settings { normal_format: NormalFormat::Rgba16f, ..chapter() });
     all.push(Settings { depth_format: DepthFormat::R16f, ..chapter() });
-    all.push(of(Method::None));
+    all.extend(others(0).into_iter().map(of));
     all
 }
 

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
 use crate::projection::Projection;
 use crate::settings::method::methods;
-use crate::settings::{Jitter, Method, Settings, SsaoDepth, Toggle};
+use crate::settings::{Jitter, Method, Settings, SsaoDepth, Toggle, ssao_length};
 use crate::tile::{self, rotation_tile};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -32,6 +32,7 @@ methods!(shaders);
 
 /// How a texture of normals stores their components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum NormalEncoding {
     /// The components themselves, in [-1, 1], in a signed normalised or a float format.
     Signed,
@@ -147,10 +148,8 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     }
     if reads("ssao-samples") {
         let n = settings.ssao_samples;
-        // The lengths are l_i = 0.01 (1 + 2.4/n)^i (6.1). They are compiled in as numbers, because computing a power
-        // for each sample would take time.
-        let length = |i: i32| format!("{:?}", (0.01 * (1.0 + 2.4 / f64::from(n)).powi(i)) as f32);
-        let lengths: Vec<String> = (1..=n as i32).map(length).collect();
+        // The lengths l_i are compiled in as numbers, because a power for each sample would take time.
+        let lengths: Vec<String> = (1..=n).map(|i| format!("{:?}", ssao_length(n, i) as f32)).collect();
         defines = defines.value("N_SAMPLES", n).value("LENGTHS", lengths.join(", "));
     }
     for (knob, prefix, word) in [

@@ -1,7 +1,7 @@
 //! The intermediate results of the twins at single pixels, for the figures and claims about them.
 
 use super::inputs::TwinInputs;
-use super::sampling::{EXACT, Pixel, Scene};
+use super::sampling::{EXACT, MethodScene, Pixel};
 use super::ssao;
 use super::terms::Terms;
 use crate::Error;
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 
 /// The twin of one method on one view. Pixels are given as (x, y), with y up. On background all results are `None`.
 pub struct Anatomy<'a> {
-    scene: Scene<'a>,
+    scene: MethodScene<'a>,
 }
 
 impl<'a> Anatomy<'a> {
@@ -20,7 +20,7 @@ impl<'a> Anatomy<'a> {
     /// # Errors
     /// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
     pub fn new(inputs: &'a TwinInputs<'a>, settings: &'a Settings) -> Result<Anatomy<'a>, Error> {
-        Ok(Anatomy { scene: Scene::new(inputs, settings)? })
+        Ok(Anatomy { scene: MethodScene::new(inputs, settings)? })
     }
 
     /// The surface point P that the pixel shows, in eye space.

@@ -14,7 +14,7 @@
 //! In this limit Eq. 6.2.8 and 6.2.9 (`grounding`) are the same, and a plane is open in the talk's method, too.
 
 use super::inputs::TwinInputs;
-use super::sampling::{EXACT, Pixel, Scene};
+use super::sampling::{EXACT, MethodScene, Pixel};
 use super::terms::Terms;
 use super::twin::Converged;
 use crate::Error;
@@ -45,7 +45,7 @@ const MOST_STEPS: u32 = 1 << 20;
 /// - The radius is in percent, or the images have different sizes.
 pub fn converged(inputs: &TwinInputs, settings: &Settings, pixels: &[usize]) -> Result<Vec<f64>, Error> {
     let settings = Settings { directions: DIRECTIONS, snap: Snap::Sample, half_res: false, ..settings.clone() };
-    let scene = Scene::new(inputs, &settings)?;
+    let scene = MethodScene::new(inputs, &settings)?;
     let (width, height) = scene.size();
     if let Some(outside) = pixels.iter().find(|&&i| i >= width * height) {
         return Err(Error::Usage(format!("pixel {outside} lies outside the image of {width}x{height}")));
@@ -78,7 +78,7 @@ pub fn converges(method: Method) -> bool {
 }
 
 /// The pixel without jitter, with a step of one texel and as many steps as R has texels.
-fn at_every_texel(scene: &Scene, pixel: Pixel, ignores_repeats: bool) -> Pixel {
+fn at_every_texel(scene: &MethodScene, pixel: Pixel, ignores_repeats: bool) -> Pixel {
     let radius = scene.radius_in_texels(pixel.P.z);
     let texels = radius.max_element();
     let step_px = radius / texels;

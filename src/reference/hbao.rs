@@ -1,7 +1,7 @@
 //! The float64 twin of `glsl/hbao.frag`: horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9.
 
 use super::horizons::horizons;
-use super::sampling::{Pixel, Scene, Shift};
+use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
 use crate::settings::Grounding;
 
@@ -14,7 +14,7 @@ pub(super) const TWIN: Twin = Twin {
 };
 
 /// The sum of Eq. 6.2.9 in direction k.
-fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     // The horizon starts at the direction's tangent, t(theta).
     let mut tangent = scene.sine_of_tangent(pixel, direction.stride);
@@ -41,7 +41,7 @@ fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
 }
 
 /// Eq. 6.2.9 in direction k, with a sample at every texel.
-fn converged(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let mut previous = 0.0;
     let increments = horizons(scene, pixel, k, shift).map(|(rise, r)| {
         let increment = scene.attenuation(r) * (rise - previous);

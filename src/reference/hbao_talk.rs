@@ -2,7 +2,7 @@
 //! Each direction has one horizon, and one attenuation, that of the sample which makes the horizon.
 
 use super::horizons::horizons;
-use super::sampling::{Pixel, Scene, Shift};
+use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
 
 pub(super) const TWIN: Twin = Twin {
@@ -14,7 +14,7 @@ pub(super) const TWIN: Twin = Twin {
 };
 
 /// (sin h - sin t(theta)) W of Eq. 3 in direction k.
-fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let tangent = scene.sine_of_tangent(pixel, direction.stride);
     // The horizon h(theta) is the highest of the tangent and the samples within R. r is the distance of the sample that
@@ -32,6 +32,6 @@ fn occlusion(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
 
 /// Eq. 3 in direction k, with a sample at every texel. The whole rise has the attenuation of the sample that makes the
 /// horizon.
-fn converged(scene: &Scene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     horizons(scene, pixel, k, shift).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
 }

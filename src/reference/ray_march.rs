@@ -1,7 +1,7 @@
 //! The float64 twin of `glsl/ray_march.frag`: ambient occlusion by marching rays over the depth image, which ShaderX7
 //! 6.2 gives as the brute-force method.
 
-use super::sampling::{Pixel, Scene, Shift};
+use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::{Twin, directions, no_curve};
 use glam::{DVec2, DVec3};
 
@@ -16,7 +16,7 @@ pub(super) const TWIN: Twin = Twin {
 
 /// The sum of W over those rays at azimuth j that a texel stops.
 #[allow(non_snake_case)]
-fn occlusion(scene: &Scene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
     let n = pixel.n.normalize_or_zero();
     // A frame about the normal: b1 and b2 span the tangent plane. b1 is perpendicular to the x axis, or to the y axis
     // where n is close to the x axis.

@@ -75,7 +75,7 @@ pub(super) struct Direction {
 }
 
 /// The inputs and settings of a method.
-pub(super) struct Scene<'a> {
+pub(super) struct MethodScene<'a> {
     depth: Image<f64>,
     normals: Image<[f64; 3]>,
     tile: &'a Image<[f32; 3]>,
@@ -91,7 +91,7 @@ pub(super) struct Scene<'a> {
     scale: usize,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> MethodScene<'a> {
     /// Prepares the inputs for the method of the settings.
     ///
     /// # Errors
@@ -100,7 +100,7 @@ impl<'a> Scene<'a> {
     pub(super) fn new<F: Copy + Into<f64>>(
         inputs: &TwinInputs<'a, F>,
         settings: &'a Settings,
-    ) -> Result<Scene<'a>, Error> {
+    ) -> Result<MethodScene<'a>, Error> {
         let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
             return Err(Error::Usage(
@@ -108,7 +108,7 @@ impl<'a> Scene<'a> {
             ));
         }
         let radius = settings.radius_read()?;
-        Ok(Scene {
+        Ok(MethodScene {
             depth: inputs.depth.map(Into::into),
             normals: inputs.normals.map(|n| n.map(Into::into)),
             tile: inputs.tile,
@@ -126,7 +126,7 @@ impl<'a> Scene<'a> {
         self.pixel_shifted(x, y, EXACT)
     }
 
-    /// [`Scene::pixel`] with shifted comparisons: the normal of a surface that is seen edge-on within the shift is
+    /// [`MethodScene::pixel`] with shifted comparisons: the normal of a surface that is seen edge-on within the shift is
     /// turned the other way.
     pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);

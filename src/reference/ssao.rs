@@ -1,7 +1,7 @@
 //! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of
 //! points around P that lie in open space, in front of the surface seen there.
 
-use super::sampling::{Pixel, Scene, Shift};
+use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::Twin;
 use crate::settings::{SsaoDepth, SsaoRotation, Toggle};
 use glam::{DMat3, DVec3};
@@ -17,7 +17,7 @@ pub(super) const TWIN: Twin = Twin {
 
 /// What sample i = `index` + 1 takes away from the accessibility: 1 less what it adds to it.
 #[allow(non_snake_case)]
-fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     let settings = scene.settings;
     let (l, mut offset) = kernel(scene, pixel, index);
 
@@ -54,7 +54,7 @@ fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
 }
 
 /// The length l_i and the rotated offset of sample i = `index` + 1.
-pub(super) fn kernel(scene: &Scene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
+pub(super) fn kernel(scene: &MethodScene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
     let n = f64::from(scene.settings.ssao_samples);
     // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i, which are 0.01 (1 +
     // 2.4/n)^i. Sample i uses the corner `index` modulo 8; x changes its sign most slowly, z fastest.

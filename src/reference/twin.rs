@@ -1,10 +1,10 @@
 //! What the float64 twin of a method consists of. The twin of each method is in a file of its own.
 
-use super::sampling::{Pixel, Scene, Shift};
+use super::sampling::{MethodScene, Pixel, Shift};
 use crate::settings::Settings;
 
 /// Computes the occlusion of a pixel in direction k, or by sample k.
-pub(super) type Occlusion = fn(&Scene, &Pixel, u32, Shift) -> f64;
+pub(super) type Occlusion = fn(&MethodScene, &Pixel, u32, Shift) -> f64;
 
 /// A method, as A = 1 - scale times the sum of its occlusion over all directions, or over all samples.
 pub(super) struct Twin {

@@ -1,7 +1,7 @@
 //! Computes the ambient occlusion of an image by the twins, and finds the pixels where float32 may differ from them.
 
 use super::inputs::TwinInputs;
-use super::sampling::{EXACT, Scene, Shift};
+use super::sampling::{EXACT, MethodScene, Shift};
 use super::terms::Terms;
 use crate::Error;
 use crate::image::Image;
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// # Errors
 /// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
 pub fn visibility<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settings) -> Result<Image<f64>, Error> {
-    let scene = Scene::new(inputs, settings)?;
+    let scene = MethodScene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
     Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return 1.0 };
@@ -33,7 +33,7 @@ pub fn visibility<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settin
 /// # Errors
 /// The same as for [`visibility`].
 pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settings) -> Result<Image<bool>, Error> {
-    let scene = Scene::new(inputs, settings)?;
+    let scene = MethodScene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
     let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]
         .map(|[rounding, comparison]| Shift { rounding, comparison });
@@ -59,7 +59,7 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Setting
     }))
 }
 
-fn image<T: Copy + Send>(scene: &Scene, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
+fn image<T: Copy + Send>(scene: &MethodScene, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
     let (width, height) = scene.size();
     let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
     Image { width, height, texels }

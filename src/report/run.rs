@@ -118,7 +118,7 @@ fn too_noisy(lab: &Lab, measures: &Measures) -> Option<String> {
     let all = measures.noises().chain([lab.noisiest()]);
     let share = |one: &Noise| one.noise / one.error;
     let Noise { noise, error } = all.max_by(|a, b| share(a).total_cmp(&share(b)))?;
-    (noise > error / 5.0).then(|| {
+    hbao::measure::errors::too_noisy(noise, error).then(|| {
         format!(
             "The truth's noise of {noise:.4} is more than a fifth of an error against it, {error:.4}: give more --truth-rays"
         )

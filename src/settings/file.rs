@@ -1,7 +1,7 @@
 //! Settings files. They are `key = value` lines of TOML, and the keys are the names of [`KNOBS`].
 
 use super::Settings;
-use super::knobs::{KNOBS, Value};
+use super::knobs::{KNOBS, Knob, Value};
 use crate::Error;
 
 impl From<Value> for toml::Value {
@@ -34,7 +34,7 @@ impl Settings {
             if key == "render" && value.is_table() {
                 continue;
             }
-            let Some(knob) = KNOBS.iter().find(|knob| knob.name == key) else {
+            let Some(knob) = Knob::named(key) else {
                 let names: Vec<_> = KNOBS.iter().map(|knob| knob.name).collect();
                 return Err(format!("unknown setting '{}': the settings are {}", Error::shown(key), names.join(", ")));
             };

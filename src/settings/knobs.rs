@@ -69,6 +69,21 @@ pub struct Knob {
 }
 
 impl Knob {
+    /// The setting of this name; `None` if there is none.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Knob> {
+        KNOBS.iter().find(|knob| knob.name == name)
+    }
+
+    /// The numbers that a setting may have, where only a few are allowed; otherwise none.
+    #[must_use]
+    pub fn choices(&self) -> &'static [u32] {
+        match self.kind {
+            Kind::OneOf(numbers) => numbers,
+            _ => &[],
+        }
+    }
+
     /// Sets the value from text, as a settings file or the command line gives it.
     ///
     /// # Errors

@@ -208,8 +208,7 @@ impl Settings {
         match (self.blur_depth_sigma, self.method.facts().blur) {
             (Some(sigma), _) => Ok(DepthSigma::Units(sigma)),
             (None, MethodBlur::Crysis) => {
-                let n = f64::from(self.ssao_samples);
-                Ok(DepthSigma::OfDepth(2.0 * 0.01 * (1.0 + 2.4 / n).powf(n) / 4.0))
+                Ok(DepthSigma::OfDepth(2.0 * ssao_length(self.ssao_samples, self.ssao_samples) / 4.0))
             }
             (None, MethodBlur::Gaussian | MethodBlur::None) => Ok(DepthSigma::Units(self.radius_units()? / 4.0)),
         }
@@ -223,4 +222,10 @@ impl Settings {
         let mut copy = self.clone();
         KNOBS.iter().filter(|knob| !knob.is_unset(self)).try_for_each(|knob| knob.set(&mut copy, &knob.text(self)))
     }
+}
+
+/// l_i of ShaderX7 6.1, the length of offset i = 1..n of `ssao` with n samples: in texture coordinates in x and y, and
+/// relative to 2 P.z in depth.
+pub(crate) fn ssao_length(n: u32, i: u32) -> f64 {
+    0.01 * (1.0 + 2.4 / f64::from(n)).powi(i as i32)
 }

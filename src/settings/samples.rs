@@ -1,23 +1,41 @@
 //! The number of samples that a method takes for a pixel.
 
 use super::Settings;
-use super::knobs::KNOBS;
+use super::knobs::Knob;
 use super::method::Method;
 
 impl Method {
     /// The values of the settings that determine how many samples the method takes for a pixel, in the order of
-    /// [`MethodFacts::samples`]. For 8 directions of 8 steps they are 8 and 8.
+    /// [`MethodFacts::samples`](super::MethodFacts::samples). For 8 directions of 8 steps they are 8 and 8.
     #[must_use]
     pub fn counts(self, settings: &Settings) -> Vec<u32> {
-        let knobs = self.facts().samples.iter().filter_map(|name| KNOBS.iter().find(|knob| knob.name == *name));
-        knobs.filter_map(|knob| knob.count(settings)).collect()
+        self.count_knobs().filter_map(|knob| knob.count(settings)).collect()
+    }
+
+    /// The settings with these counts, given in the order of [`MethodFacts::samples`](super::MethodFacts::samples). A
+    /// count out of range is left as it was.
+    #[must_use]
+    pub fn with_counts(self, mut settings: Settings, counts: &[u32]) -> Settings {
+        for (knob, count) in self.count_knobs().zip(counts) {
+            let _ = knob.set(&mut settings, &count.to_string());
+        }
+        settings
+    }
+
+    fn count_knobs(self) -> impl Iterator<Item = &'static Knob> {
+        self.facts().samples.iter().filter_map(|name| Knob::named(name))
+    }
+
+    /// Whether the method has a pass that computes A. With `none`, A = 1 everywhere.
+    #[must_use]
+    pub fn computes(self) -> bool {
+        !self.facts().samples.is_empty()
     }
 
     /// The number of depth samples that the method takes for a pixel that does not exit early; 0 for `none`.
     #[must_use]
     pub fn samples(self, settings: &Settings) -> u32 {
-        let counts = self.counts(settings);
-        if counts.is_empty() { 0 } else { counts.iter().product() }
+        if self.computes() { self.counts(settings).iter().product() } else { 0 }
     }
 }
 
@@ -40,5 +58,24 @@ mod tests {
             assert_eq!(method.samples(&settings), samples, "{}", method.name());
         }
         assert_eq!(Method::RayMarch.counts(&settings), [3, 7, 5]);
+    }
+
+    #[test]
+    fn counts_that_are_set_are_read_back() {
+        for &method in Method::ALL {
+            let wanted: Vec<u32> = method.counts(&Settings { ssao_samples: 8, ..Settings::for_method(method) });
+            let wanted: Vec<u32> = wanted.iter().map(|count| if *count == 8 { 24 } else { count + 1 }).collect();
+            let settings = method.with_counts(Settings::for_method(method), &wanted);
+            assert_eq!(method.counts(&settings), wanted, "{}", method.name());
+        }
+    }
+
+    #[test]
+    fn a_method_that_computes_has_a_shader_and_a_blur_and_others_have_neither() {
+        for method in Method::ALL {
+            let facts = method.facts();
+            assert_eq!(method.computes(), !facts.shader.is_empty(), "{}", method.name());
+            assert_eq!(method.computes(), facts.blur != crate::settings::MethodBlur::None, "{}", method.name());
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The cases that are measured: those of the papers of 2008, and the scaling series.
 
 use crate::measure::counts::{blur_width, directions_rays_steps};
-use crate::measure::published::{COLUMNS, CRYSIS_SIZE, EIGHT, TABLE_BLUR};
+use crate::measure::published::{COLUMNS, CRYSIS_SIZE, EIGHT, FIGURE_1, TABLE_BLUR};
 use crate::settings::{Method, Settings, SsaoDepth, SsaoRotation};
 
 /// The knobs that the cases set themselves, whatever the user's settings say. All other knobs are the user's.
@@ -109,10 +109,11 @@ pub fn table(base: &Settings, size: (u32, u32)) -> Vec<Case> {
 /// Figure 1 of the talk, ambient occlusion without a blur: the talk's method and ray marching, with all other methods
 /// beside them.
 pub fn figure1(base: &Settings, size: (u32, u32)) -> Vec<Case> {
-    use Method::{Crease, Hbao, HbaoTalk, Microsphere, RayMarch, Ssao};
-    let all = [HbaoTalk, RayMarch, Hbao, Microsphere, Crease, Ssao];
+    let of_the_talk = FIGURE_1.map(|(method, _)| method);
+    let others = Method::ALL.iter().filter(|method| method.computes() && !of_the_talk.contains(method));
     let alone = |method| Settings { blur: 0, ..of(base, method) };
-    all.map(|method| Case::new("figure1", method.name(), alone(method), size)).into()
+    let all = of_the_talk.iter().chain(others);
+    all.map(|&method| Case::new("figure1", method.name(), alone(method), size)).collect()
 }
 
 /// ShaderX7 6.1: Crysis' 16 samples with their blur, and the two ways in which the paper makes them faster.

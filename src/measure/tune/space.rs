@@ -3,7 +3,7 @@
 use super::requirements::edge_kind;
 use crate::measure::trade;
 use crate::settings::{
-    AoFormat, DepthFormat, Edges, Jitter, KNOBS, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
+    AoFormat, DepthFormat, Edges, Jitter, KNOBS, Kind, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
 };
 
 /// Directions and steps of the sweep, beside those of `trade`. The variations of the leaders find what lies between.
@@ -76,7 +76,7 @@ impl Space {
                 }
             }
         }
-        for ssao_samples in [8, 16, 24] {
+        for ssao_samples in choices("ssao-samples") {
             for (ssao_normals, ssao_curve) in
                 [Toggle::Off, Toggle::On].map(|n| [(n, Toggle::On), (n, Toggle::Off)]).concat()
             {
@@ -92,7 +92,7 @@ impl Space {
     pub(super) fn around(&self, settings: &Settings, wide: bool) -> Vec<Settings> {
         let s = settings;
         let mut all = Vec::new();
-        let [directions, steps, rays] = [(s.directions, 64), (s.steps, 256), (s.rays, 64)].map(next_to);
+        let [directions, steps, rays] = ["directions", "steps", "rays"].map(|name| next_to(name, s));
         all.extend(directions.iter().map(|&directions| Settings { directions, ..s.clone() }));
         all.extend(steps.iter().map(|&steps| Settings { steps, ..s.clone() }));
         if s.method.reads("rays") {
@@ -109,7 +109,7 @@ impl Space {
         all.push(Settings { jitter: if s.jitter == Jitter::None { Jitter::Tile } else { Jitter::None }, ..s.clone() });
         all.push(Settings { depth_format: DepthFormat::R16f, ..s.clone() });
         if s.method.reads("ssao-samples") {
-            all.extend([8, 16, 24].map(|ssao_samples| Settings { ssao_samples, ..s.clone() }));
+            all.extend(choices("ssao-samples").map(|ssao_samples| Settings { ssao_samples, ..s.clone() }));
             all.push(Settings { ssao_normals: other(s.ssao_normals), ..s.clone() });
             all.push(Settings { ssao_curve: other(s.ssao_curve), ..s.clone() });
             all.push(Settings { ssao_depth: SsaoDepth::Half, ..s.clone() });
@@ -128,10 +128,19 @@ impl Space {
     }
 }
 
-/// The counts next to this one: the lower one first, then the higher one where it is not above `most`.
-fn next_to((count, most): (u32, u32)) -> Vec<u32> {
+/// The numbers that the setting of this name may have.
+fn choices(name: &str) -> impl Iterator<Item = u32> {
+    Knob::named(name).into_iter().flat_map(Knob::choices).copied()
+}
+
+/// The counts next to the setting's own: the lower one first, then the higher one if the setting's range includes it.
+fn next_to(name: &str, settings: &Settings) -> Vec<u32> {
+    let Some((knob, count)) = Knob::named(name).and_then(|knob| Some((knob, knob.count(settings)?))) else {
+        return Vec::new();
+    };
+    let in_range = |count: &u32| matches!(knob.kind, Kind::Count(_, most) if *count <= most);
     let lower = COUNTS.into_iter().rfind(|&other| other < count);
-    let higher = COUNTS.into_iter().find(|&other| other > count && other <= most);
+    let higher = COUNTS.into_iter().find(|&other| other > count).filter(in_range);
     lower.into_iter().chain(higher).collect()
 }
 
@@ -140,8 +149,7 @@ fn next_to((count, most): (u32, u32)) -> Vec<u32> {
 pub(super) fn key(settings: &Settings) -> String {
     let s = settings;
     // Where no method draws, A = 1 whatever the formats are.
-    let without_pass = s.method.facts().samples.is_empty();
-    let matters = |knob: &str| s.idle(knob).is_none() && !(without_pass && knob.ends_with("-format"));
+    let matters = |knob: &str| s.idle(knob).is_none() && (s.method.computes() || !knob.ends_with("-format"));
     let values = KNOBS.iter().filter(|knob| matters(knob.name)).map(|knob| knob.text(s));
     values.chain([s.method.name().into(), (s.blur > 0).to_string()]).collect::<Vec<_>>().join(" ")
 }
@@ -150,7 +158,7 @@ pub(super) fn key(settings: &Settings) -> String {
 /// no higher count. `exits` is whether `b` may exit early at pixels whose step is below a texel. With fewer steps the
 /// step is longer, so that `a` may have to compute those pixels.
 pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
-    if a.method.facts().samples.is_empty() {
+    if !a.method.computes() {
         return true;
     }
     let less_blur = a.blur == 0

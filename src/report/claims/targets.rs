@@ -7,9 +7,9 @@ use crate::report::lab::{Lab, compare};
 use crate::report::measures::Measures;
 use crate::report::subject::Subject;
 use hbao::image::Image;
-use hbao::measure::median;
+use hbao::measure::{blur_ms, median};
 use hbao::settings::{AoFormat, BlurKernel, Edges, Method, NormalFormat};
-use hbao::{Error, PassTime, Request, Settings, size_limit};
+use hbao::{Error, Request, Settings, size_limit};
 
 pub(super) const ALL: &[Test] = &[
     normals_of_8_bits,
@@ -119,11 +119,6 @@ fn separated_blur(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
             + "; in part also where the full blur takes less than twice as long",
         ..Claim::default()
     })
-}
-
-fn blur_ms(times: &[PassTime]) -> f64 {
-    let blurs = times.iter().filter(|time| time.name.starts_with("blur"));
-    blurs.map(|time| time.gpu_ms.unwrap_or(time.wall_ms)).sum()
 }
 
 fn the_blur_shrinks(lab: &Lab, _: &Measures) -> Result<Claim, Error> {

@@ -1,6 +1,6 @@
 //! How the figures' pictures are made.
 
-use crate::picture::{self, FileFormat, Rendered};
+use crate::picture::{self, FileFormat, ImageKind};
 use crate::report::figure::Picture;
 use crate::report::lab::Lab;
 use crate::report::subject::Subject;
@@ -14,7 +14,7 @@ pub(super) fn picture(
     subject: &Subject,
     size: (u32, u32),
     settings: &Settings,
-    show: &Rendered,
+    show: &ImageKind,
     file: &str,
     caption: &str,
 ) -> Result<Picture, Error> {

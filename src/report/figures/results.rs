@@ -72,8 +72,7 @@ pub(super) fn talk(lab: &Lab) -> Result<Figure, Error> {
 pub(super) fn methods(lab: &Lab) -> Result<Figure, Error> {
     let subject = lab.first_of(&["sibenik"]);
     let mut pictures = Vec::new();
-    for method in [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Ssao, Method::Microsphere, Method::Crease]
-    {
+    for &method in Method::ALL.iter().filter(|method| method.computes()) {
         let name = method.name();
         let settings = subject.settings(method);
         pictures.push(picture(lab, subject, lab.small(), &settings, &AO, &format!("method-{name}"), name)?);
