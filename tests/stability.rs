@@ -112,9 +112,9 @@ fn held<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     compare(got, expected, mask, limits).or_else(|mismatch| fail(format!("{what}: {mismatch}")))
 }
 
-/// Whether R covers so many texels that float32 cannot compute the sum of micro-spheres. The samples stand for all pi
-/// R_px^2 texels of R's disc, even those that the border clamps to a texel next to P. At the distance of one texel,
-/// each texel has a solid angle of pi/4. The rounding error of n.D/|D| is 1e-7, and larger by |r| where D's terms are
+/// Whether R covers so many texels that float32 cannot compute the sum of micro-spheres. The samples stand for all
+/// texels of R's disc, pi R_px^2 in number, even if the border clamps them to texels next to P. At the distance of one
+/// texel, each has a solid angle of pi/4. The rounding error of n.D/|D| is 1e-7, and larger by |r| where D's terms are
 /// that much longer than D. At R_px = 100 the sum is off by some 1e-3 of A. Nothing bounds this error, so such pixels
 /// are scanned and counted but not compared.
 fn amplifies(
@@ -163,7 +163,7 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     scan("blurred ambient occlusion", &ao)?;
 
     let tile = rotation_tile(settings);
-    let inputs = reference::Inputs {
+    let inputs = reference::TwinInputs {
         depth: &depth,
         normals: &normals,
         tile: &tile,

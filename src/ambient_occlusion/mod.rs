@@ -12,6 +12,7 @@ use crate::Error;
 use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
+use crate::pass::method::MethodView;
 use crate::pass::{DepthInput, FullScreen, Grid, TextureRef};
 use crate::settings::{AoFormat, DepthSigma, MethodBlur, Settings};
 use glow::HasContext;
@@ -234,8 +235,8 @@ impl AmbientOcclusion {
             timers.pass("ao", || {
                 targets[0].framebuffer.bind();
                 only_where(&gl, COVERED, COVERED);
-                let view = (targets[0].grid, inputs.projection, inputs.near);
-                ao.draw(full_screen, &depth, inputs.normals, view, (self.radius, &self.settings));
+                let view = MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near };
+                ao.draw(full_screen, &depth, inputs.normals, view, self.radius, &self.settings);
                 Ok(())
             })?;
         }
@@ -299,7 +300,7 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
             return Ok(found);
         }
-        let programs = Programs::new(&self.gl, &self.settings, (self.purpose, self.size), kind)?;
+        let programs = Programs::new(&self.gl, &self.settings, self.purpose, self.size, kind)?;
         self.allocate(&programs.plan)?;
         self.programs.push(programs);
         Ok(self.programs.len() - 1)

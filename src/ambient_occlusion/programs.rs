@@ -51,7 +51,8 @@ impl Programs {
     pub(super) fn new(
         gl: &Arc<glow::Context>,
         settings: &Settings,
-        (purpose, size): (Purpose, (u32, u32)),
+        purpose: Purpose,
+        size: (u32, u32),
         kind: InputKind,
     ) -> Result<Programs, Error> {
         let plan = Plan::new(settings, kind.samples.is_some());

@@ -171,7 +171,7 @@ pub fn decompose_all(
             None => {
                 let (depth, normals, tile) = (gbuffer.depth()?, gbuffer.normals()?, rotation_tile(each));
                 let (projection, near) = (camera.projection, camera.near);
-                let inputs = reference::Inputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
+                let inputs = reference::TwinInputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
                 converged.push((limit, reference::converged(&inputs, each, pixels)?));
                 converged.len() - 1
             }

@@ -61,6 +61,16 @@ pub(crate) struct MethodPass {
     tile: Option<Texture>,
 }
 
+/// The view that A is computed in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MethodView {
+    /// The texels of the target.
+    pub(crate) grid: Grid,
+    pub(crate) projection: Projection,
+    /// The depth at which rays are clipped, in scene units.
+    pub(crate) near: f64,
+}
+
 impl MethodPass {
     /// Compiles the method's shader, and uploads the rotation tile. Returns `None` for `none`, which has no shader.
     /// Changes the rectangle texture binding of the active unit.
@@ -87,19 +97,19 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target, whose texels are those of `grid`. Rays are clipped at the depth `near`, and
-    /// `radius` is R; both are in scene units.
+    /// Draws A into the bound target. `radius` is R in scene units.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
         depth: &DepthInput,
         normals: TextureRef,
-        (grid, projection, near): (Grid, Projection, f64),
-        (radius, settings): (f64, &Settings),
+        view: MethodView,
+        radius: f64,
+        settings: &Settings,
     ) {
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
-        grid.bind(program, projection);
+        view.grid.bind(program, view.projection);
         full_screen.bind_texture(1, normals);
         if let Some(tile) = &self.tile {
             full_screen.bind_texture(2, tile.into());
@@ -108,7 +118,7 @@ impl MethodPass {
             .unit("normal_image", 1)
             .unit("tile", 2)
             .unit("half_depth_image", half_depth::UNIT)
-            .float("near", near)
+            .float("near", view.near)
             .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
             .vec2("bias", [settings.bias.cos(), settings.bias.sin()]);

@@ -17,7 +17,8 @@ const COLOUR: [f32; 4] = [1.0, 0.0, 1.0, 0.0];
 pub(crate) fn renders(
     gl: &Arc<glow::Context>,
     depth: Format,
-    (normals, [x, y, z]): (Format, [f32; 3]),
+    normals: Format,
+    [x, y, z]: [f32; 3],
 ) -> Result<bool, Error> {
     hold_together(gl, [(Format::Rgba8, COLOUR), (depth, extreme(depth)), (normals, [x, y, z, 0.0])])
 }

@@ -49,11 +49,18 @@ pub struct Pipeline {
     /// The G-buffer pass, compiled for the kind of camera that was rendered last.
     gbuffer: Option<GBuffer>,
     ao: Option<AmbientOcclusion>,
-    composite: Option<(Composite, Texture, Target)>,
+    composite: Option<FinalImage>,
     full_screen: FullScreen,
     kept: Kept,
     timers: Timers,
     notices: Vec<String>,
+}
+
+/// The final image, and the pass that makes it.
+struct FinalImage {
+    pass: Composite,
+    image: Texture,
+    target: Target,
 }
 
 impl Pipeline {
@@ -74,7 +81,7 @@ impl Pipeline {
         gl::check_size(gl, size.0, size.1)?;
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, &mut notices)?;
-        Pipeline::with((gl, size), settings, request, (Arc::new(targets), notices))
+        Pipeline::with(gl, size, settings, request, Arc::new(targets), notices)
     }
 
     /// Makes another pipeline that draws into the G-buffer of this one. Its settings must have the same formats of
@@ -82,14 +89,16 @@ impl Pipeline {
     /// each would not fit into memory.
     pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
         settings.validate()?;
-        Pipeline::with((&self.gl, self.size), settings, request, (self.targets.clone(), self.notices.clone()))
+        Pipeline::with(&self.gl, self.size, settings, request, self.targets.clone(), self.notices.clone())
     }
 
     fn with(
-        (gl, size): (&Arc<glow::Context>, (u32, u32)),
+        gl: &Arc<glow::Context>,
+        size: (u32, u32),
         settings: &Settings,
         request: Request,
-        (targets, notices): (Arc<Targets>, Vec<String>),
+        targets: Arc<Targets>,
+        notices: Vec<String>,
     ) -> Result<Pipeline, Error> {
         let purpose = match request {
             Request { gbuffer_only: true, edges: false, .. } => None,
@@ -102,7 +111,7 @@ impl Pipeline {
             Some(apply) if !request.gbuffer_only => {
                 let image = Texture::new(gl, "composite: image", Format::Rgba8, size.0, size.1)?;
                 let target = Target::new(gl, "composite: framebuffer", &[&image], None, size)?;
-                Some((Composite::new(gl, apply)?, image, target))
+                Some(FinalImage { pass: Composite::new(gl, apply)?, image, target })
             }
             _ => None,
         };
@@ -171,10 +180,10 @@ impl Pipeline {
         if let Some(ao) = &mut self.ao {
             let extras = Extras { raw: self.request.raw, edges: self.request.edges };
             self.kept = ao.run(&inputs, &mut self.timers, extras)?;
-            if let Some((composite, _, target)) = &self.composite {
+            if let Some(FinalImage { pass, target, .. }) = &self.composite {
                 self.timers.pass("composite", || {
                     target.bind();
-                    composite.draw(&self.full_screen, &self.targets.colour, ao.texture());
+                    pass.draw(&self.full_screen, &self.targets.colour, ao.texture());
                     Ok(())
                 })?;
             }
@@ -289,7 +298,7 @@ impl Pipeline {
     /// # Errors
     /// The same as for [`Pipeline::depth`].
     pub fn composite(&self) -> Result<Option<Image<[u8; 3]>>, Error> {
-        let Some((_, image, _)) = &self.composite else { return Ok(None) };
+        let Some(FinalImage { image, .. }) = &self.composite else { return Ok(None) };
         Ok(Some(self.image(rgb8(&image.read()?))))
     }
 

@@ -39,12 +39,11 @@ impl Targets {
         settings: &Settings,
         notices: &mut Vec<String>,
     ) -> Result<Targets, Error> {
-        let (depth_format, depth_name) = match settings.depth_format {
-            DepthFormat::R32f => (Format::R32f, "r32f"),
-            DepthFormat::R16f => (Format::R16f, "r16f"),
+        let depth_format = match settings.depth_format {
+            DepthFormat::R32f => Format::R32f,
+            DepthFormat::R16f => Format::R16f,
         };
-        let (normal_format, encoding, multisample) =
-            normal_format(gl, size, settings, (depth_format, depth_name), notices)?;
+        let (normal_format, encoding, multisample) = normal_format(gl, size, settings, depth_format, notices)?;
         let formats = [Format::Rgba8, depth_format, normal_format];
 
         let (width, height) = size;
@@ -139,7 +138,7 @@ fn normal_format(
     gl: &Arc<glow::Context>,
     size: (u32, u32),
     settings: &Settings,
-    (depth, depth_name): (Format, &str),
+    depth: Format,
     notices: &mut Vec<String>,
 ) -> Result<(Format, NormalEncoding, Option<Multisample>), Error> {
     let asked = settings.normal_format;
@@ -156,7 +155,7 @@ fn normal_format(
             NormalEncoding::Signed => [-1.0, 0.5, -0.25],
             NormalEncoding::Biased => [0.0, 0.75, 0.375],
         };
-        if !probe::renders(gl, depth, (format, normal))? {
+        if !probe::renders(gl, depth, format, normal)? {
             continue;
         }
         let multisample = Multisample::new(gl, size, [Format::Rgba8, depth, format], settings.msaa)?;
@@ -174,5 +173,6 @@ fn normal_format(
         }
         return Ok((format, encoding, multisample));
     }
-    Err(Error::gl("gbuffer", format!("this driver renders no format of normals together with depth in {depth_name}")))
+    let depth = settings.depth_format.name();
+    Err(Error::gl("gbuffer", format!("this driver renders no format of normals together with depth in {depth}")))
 }

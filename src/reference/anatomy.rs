@@ -1,6 +1,6 @@
 //! The intermediate results of the twins at single pixels, for the figures and claims about them.
 
-use super::inputs::Inputs;
+use super::inputs::TwinInputs;
 use super::sampling::{EXACT, Pixel, Scene};
 use super::ssao;
 use super::terms::Terms;
@@ -19,7 +19,7 @@ impl<'a> Anatomy<'a> {
     ///
     /// # Errors
     /// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
-    pub fn new(inputs: &'a Inputs<'a>, settings: &'a Settings) -> Result<Anatomy<'a>, Error> {
+    pub fn new(inputs: &'a TwinInputs<'a>, settings: &'a Settings) -> Result<Anatomy<'a>, Error> {
         Ok(Anatomy { scene: Scene::new(inputs, settings)? })
     }
 

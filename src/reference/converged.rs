@@ -13,7 +13,7 @@
 //!
 //! In this limit Eq. 6.2.8 and 6.2.9 (`grounding`) are the same, and a plane is open in the talk's method, too.
 
-use super::inputs::Inputs;
+use super::inputs::TwinInputs;
 use super::sampling::{EXACT, Pixel, Scene};
 use super::terms::Terms;
 use super::twin::Converged;
@@ -43,7 +43,7 @@ const MOST_STEPS: u32 = 1 << 20;
 /// - A pixel needs more than 2^20 steps to reach R.
 /// - A pixel lies outside the image.
 /// - The radius is in percent, or the images have different sizes.
-pub fn converged(inputs: &Inputs, settings: &Settings, pixels: &[usize]) -> Result<Vec<f64>, Error> {
+pub fn converged(inputs: &TwinInputs, settings: &Settings, pixels: &[usize]) -> Result<Vec<f64>, Error> {
     let settings = Settings { directions: DIRECTIONS, snap: Snap::Sample, half_res: false, ..settings.clone() };
     let scene = Scene::new(inputs, &settings)?;
     let (width, height) = scene.size();

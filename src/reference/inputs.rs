@@ -6,7 +6,7 @@ use crate::projection::Projection;
 /// The images that ambient occlusion is computed from. Depth and normals have the same size, with the bottom row first.
 /// With `F = f32` they hold what a G-buffer holds; with `F = f64` nothing has been rounded yet.
 #[derive(Clone, Copy)]
-pub struct Inputs<'a, F = f32> {
+pub struct TwinInputs<'a, F = f32> {
     /// Linear eye-space z in scene units, +infinity on background.
     pub depth: &'a Image<F>,
     /// Eye-space normals of any length.

@@ -23,5 +23,5 @@ mod twin;
 mod visibility;
 
 pub use converged::{converged, converges};
-pub use inputs::Inputs;
+pub use inputs::TwinInputs;
 pub use visibility::{ambiguous, visibility};

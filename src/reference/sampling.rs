@@ -6,7 +6,7 @@
 #![allow(non_snake_case)]
 
 use super::attenuation::weight;
-use super::inputs::Inputs;
+use super::inputs::TwinInputs;
 use crate::Error;
 use crate::image::Image;
 use crate::projection::Projection;
@@ -97,7 +97,10 @@ impl<'a> Scene<'a> {
     /// # Errors
     /// [`Error::Usage`] if the radius is in percent, if depth and normals have different sizes, or if the tile is not
     /// 4x4.
-    pub(super) fn new<F: Copy + Into<f64>>(inputs: &Inputs<'a, F>, settings: &'a Settings) -> Result<Scene<'a>, Error> {
+    pub(super) fn new<F: Copy + Into<f64>>(
+        inputs: &TwinInputs<'a, F>,
+        settings: &'a Settings,
+    ) -> Result<Scene<'a>, Error> {
         let sizes = [(inputs.depth.width, inputs.depth.height), (inputs.normals.width, inputs.normals.height)];
         if sizes[0] != sizes[1] || (inputs.tile.width, inputs.tile.height) != (4, 4) {
             return Err(Error::Usage(

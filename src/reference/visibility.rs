@@ -1,6 +1,6 @@
 //! Computes the ambient occlusion of an image by the twins, and finds the pixels where float32 may differ from them.
 
-use super::inputs::Inputs;
+use super::inputs::TwinInputs;
 use super::sampling::{EXACT, Scene, Shift};
 use super::terms::Terms;
 use crate::Error;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// [`Error::Usage`] if the radius is in percent, or if the images have different sizes.
-pub fn visibility<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<f64>, Error> {
+pub fn visibility<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settings) -> Result<Image<f64>, Error> {
     let scene = Scene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
     Ok(image(&scene, |x, y| {
@@ -32,7 +32,7 @@ pub fn visibility<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) 
 ///
 /// # Errors
 /// The same as for [`visibility`].
-pub fn ambiguous<F: Copy + Into<f64>>(inputs: &Inputs<F>, settings: &Settings) -> Result<Image<bool>, Error> {
+pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settings) -> Result<Image<bool>, Error> {
     let scene = Scene::new(inputs, settings)?;
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
     let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]

@@ -27,8 +27,8 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn inputs(&self) -> reference::Inputs<'_> {
-        reference::Inputs {
+    pub(super) fn inputs(&self) -> reference::TwinInputs<'_> {
+        reference::TwinInputs {
             depth: &self.depth,
             normals: &self.normals,
             tile: &self.tile,

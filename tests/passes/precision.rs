@@ -90,13 +90,13 @@ fn the_twins_compute_the_same_from_float32_and_from_the_same_numbers_in_float64(
     let frame = rig::render(context.gl(), &shot, (40, 30), &settings);
     let (depth, normals) = (frame.depth.map(f64::from), frame.normals.map(|n| n.map(f64::from)));
     let (tile, projection, near) = (rotation_tile(&settings), frame.projection, frame.near);
-    let wide = reference::Inputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
+    let wide = reference::TwinInputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
     let of_wide = reference::visibility(&wide, &settings).unwrap();
     assert_eq!(of_wide, reference::visibility(&frame.inputs(), &settings).unwrap());
     let blurred = reference::blur::blur(&of_wide, &frame.depth, &[], &settings).unwrap();
     assert_eq!(reference::blur::blur(&of_wide, &depth, &[], &settings).unwrap(), blurred);
     // The twins do react to differences that float32 cannot represent.
     let moved = depth.map(|z| if z.is_finite() { z * (1.0 + 1e-9 * (9.0 * z).sin()) } else { z });
-    let wide = reference::Inputs { depth: &moved, ..wide };
+    let wide = reference::TwinInputs { depth: &moved, ..wide };
     assert_ne!(of_wide, reference::visibility(&wide, &settings).unwrap());
 }

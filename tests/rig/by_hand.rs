@@ -48,8 +48,14 @@ impl ByHand {
         Textures::new(gl, self, target, encoding).visibility(&mut ao, self)
     }
 
-    pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::Inputs<'a> {
-        reference::Inputs { depth: &self.depth, normals: &self.normals, tile, projection: self.projection, near: NEAR }
+    pub fn twin_inputs<'a>(&'a self, tile: &'a Image<[f32; 3]>) -> reference::TwinInputs<'a> {
+        reference::TwinInputs {
+            depth: &self.depth,
+            normals: &self.normals,
+            tile,
+            projection: self.projection,
+            near: NEAR,
+        }
     }
 
     /// Computes it with the float64 twins.

@@ -61,9 +61,9 @@ impl Frame {
         if self.samples.is_empty() { &[[0.0; 2]] } else { &FOUR_SAMPLES }
     }
 
-    pub fn inputs(&self) -> reference::Inputs<'_> {
+    pub fn inputs(&self) -> reference::TwinInputs<'_> {
         let Frame { depth, normals, tile, projection, near, .. } = self;
-        reference::Inputs { depth, normals, tile, projection: *projection, near: *near }
+        reference::TwinInputs { depth, normals, tile, projection: *projection, near: *near }
     }
 }
 

@@ -100,7 +100,7 @@ pub fn hold_edges(frame: &Frame, settings: &Settings, context: &str) {
 /// Compares visibility that was made from `inputs` with the twin. 99.9 % of the pixels must be within the tolerance,
 /// and so must every pixel that the twin does not call ambiguous. At most 0.5 % of the pixels, or two, may be
 /// ambiguous. Returns how many are.
-pub fn hold_visibility(got: &Image<f32>, inputs: &reference::Inputs, settings: &Settings, context: &str) -> usize {
+pub fn hold_visibility(got: &Image<f32>, inputs: &reference::TwinInputs, settings: &Settings, context: &str) -> usize {
     // Each texel of ambient occlusion stands for one of these pixels.
     let scale = settings.ao_scale() as usize;
     let covered = Image::from_fn(got.width, got.height, |x, y| inputs.depth.at(scale * x, scale * y).is_finite());

@@ -92,10 +92,10 @@ impl Comparer {
         let (seen, beside) = as_drawn(mesh, camera, settings.normals, &depth, &normals);
 
         let (tile, projection, near) = (rotation_tile(settings), camera.projection, camera.near);
-        let own = reference::Inputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
+        let own = reference::TwinInputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
         let on_own = (reference::visibility(&own, settings)?, reference::ambiguous(&own, settings)?);
         let (z, n) = (seen.map(|s| s.depth), seen.map(|s| s.normal.to_array()));
-        let unrounded = reference::Inputs { depth: &z, normals: &n, tile: &tile, projection, near };
+        let unrounded = reference::TwinInputs { depth: &z, normals: &n, tile: &tile, projection, near };
         let on_exact = (reference::visibility(&unrounded, settings)?, reference::ambiguous(&unrounded, settings)?);
         let exact_shown = reference::blur::blur(&on_exact.0, &z, &[], settings)?;
 
@@ -132,6 +132,6 @@ pub fn biased(images: &Images, camera: &Camera, settings: &Settings) -> Result<I
     let stored = |c: f32| 2.0 * ((0.5 * c + 0.5) * 255.0).round() / 255.0 - 1.0;
     let normals = images.normals.map(|n| n.map(stored));
     let (tile, projection, near) = (rotation_tile(settings), camera.projection, camera.near);
-    let inputs = reference::Inputs { depth: &images.depth, normals: &normals, tile: &tile, projection, near };
+    let inputs = reference::TwinInputs { depth: &images.depth, normals: &normals, tile: &tile, projection, near };
     Ok(reference::visibility(&inputs, settings)?.map(|a| a as f32))
 }
