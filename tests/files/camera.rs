@@ -289,7 +289,7 @@ fn flags_win_over_the_scenes_own_camera_one_by_one() {
     assert_eq!(own.or(&View::default()), own);
     let lens = View { lens: Some(Lens::FovY(1.0)), far: Some(9.0), ..View::default() };
     assert_eq!(lens.or(&own), View { lens: Some(Lens::FovY(1.0)), far: Some(9.0), ..own.clone() });
-    // A camera that is moved does not take over the near plane, which belongs to the old position.
+    // A camera that is moved does not take over near and far, which belong to the old position.
     let moved = View { eye: Some(DVec3::ONE), far: Some(9.0), ..View::default() };
     assert_eq!(moved.or(&own), View { eye: Some(DVec3::ONE), near: None, far: Some(9.0), ..own });
 }

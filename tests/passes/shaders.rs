@@ -128,7 +128,7 @@ fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
             let path = entry.unwrap().path();
             if path.is_file() {
                 let text = std::fs::read_to_string(&path).unwrap();
-                assert!(shaders.iter().any(|(_, shader)| shader.contains(&text)), "{} is in none", path.display());
+                assert!(shaders.iter().any(|(_, shader)| shader.contains(&text)), "{} is in no shader", path.display());
             }
         }
     }

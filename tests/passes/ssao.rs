@@ -370,7 +370,7 @@ fn at_half_resolution_the_blur_of_4x4_meets_each_texel_of_the_tile_once() {
     for (who, image) in step.by_both(context.gl(), &settings) {
         assert_eq!((image.width, image.height), (97, 41));
         for x in 0..97 {
-            // All taps are inside the image from two texels of half resolution from the border on.
+            // These rows are at least two texels of half resolution from the border, so all taps are inside.
             for y in 5..35 {
                 assert!((image.at(x, y) - image.at(x, 5)).abs() < FLOAT, "{who} {x} {y}");
             }

@@ -26,7 +26,7 @@ pub(crate) fn disturb(gl: &glow::Context, reporter: &Reporter) {
     }
 }
 
-/// Inverts every switch. [`fragments`] then changes those of single draw buffers.
+/// Inverts every switch. `fragments` then changes those of single draw buffers.
 unsafe fn switches(reporter: &Reporter) {
     for &(_, switch) in &reporter.switches {
         // SAFETY: the context is current in all of this file.
