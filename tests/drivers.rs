@@ -1,5 +1,4 @@
-//! What every driver is promised, and what is promised of every driver: OpenGL 3.3 core suffices, and the same input
-//! gives the same image.
+//! Two promises about drivers: the library needs no more than OpenGL 3.3 core, and the same input gives the same image.
 
 mod rig;
 #[path = "drivers/table.rs"]
@@ -17,13 +16,13 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::sync::{Arc, OnceLock};
 
-/// The box, in perspective and orthographic in turn.
+/// The Cornell box, in perspective for even numbers and orthographic for odd ones.
 fn shot(i: usize) -> Shot {
     let shot = scenes::cornell_box();
     if i.is_multiple_of(2) { shot } else { shot.orthographic() }
 }
 
-/// Every image of the box under every switch.
+/// Renders every image of the box, with every switch.
 fn frames(gl: &Arc<glow::Context>, timings: bool) -> Vec<Frame> {
     let of = |(i, settings): (usize, &Settings)| {
         let composite = Some(if i.is_multiple_of(3) { Apply::Ambient } else { Apply::All });
@@ -34,12 +33,12 @@ fn frames(gl: &Arc<glow::Context>, timings: bool) -> Vec<Frame> {
     every_switch().iter().enumerate().map(of).collect()
 }
 
-/// What all others are held to: the frames of one thread, in a context of EGL that nothing else has used. They are
-/// rendered once.
+/// The frames that all others are compared with. They are rendered once, by one thread, in an EGL context that nothing
+/// else has used.
 fn expected() -> &'static [Frame] {
     static EXPECTED: OnceLock<Vec<Frame>> = OnceLock::new();
     EXPECTED.get_or_init(|| {
-        // In a thread of its own, since the caller's may have a context already.
+        // A new thread is used because the caller's thread may already have a context.
         std::thread::scope(|scope| {
             scope.spawn(|| frames(Context::open(Backend::Egl).unwrap().gl(), false)).join().unwrap()
         })
@@ -50,7 +49,7 @@ fn assert_as_expected(got: &[Frame], context: &str) {
     assert_eq!(got.len(), expected().len());
     for (i, (got, expected)) in got.iter().zip(expected()).enumerate() {
         assert_identical(got, expected, &format!("{context}, settings {i}"));
-        // Images of nothing would be identical too.
+        // Empty images would be identical too.
         let least = got.ao.texels.iter().copied().fold(1.0, f32::min);
         let open = !rig::computes(every_switch()[i].method);
         assert!(least < 0.9 || open, "settings {i}: no pixel is darker than {least}");
@@ -74,7 +73,8 @@ fn the_settings_used_here_cover_every_switch() {
     assert_eq!(shots.filter(perspective).count(), every_switch().len().div_ceil(2));
 }
 
-/// Drivers give 4.5 when asked for 3.3, and nothing else would tell of a later entry point: glow panics at the call.
+/// Drivers give OpenGL 4.5 when they are asked for 3.3, so only this test notices the use of a later entry point. glow
+/// panics if an entry point is called that was not loaded.
 #[test]
 fn the_entry_points_of_opengl_3_3_core_suffice() {
     let core = Registry::new(Api::Gl, (3, 3), Profile::Core, Fallbacks::None, []);
@@ -97,7 +97,7 @@ fn the_entry_points_of_opengl_3_3_core_suffice() {
 #[test]
 fn a_later_entry_point_would_be_noticed() {
     let context = Context::open(Backend::Osmesa).unwrap();
-    // SAFETY: as above.
+    // SAFETY: the context is current on this thread, and the entry points are its own.
     let without = unsafe {
         glow::Context::from_loader_function_cstr(|name| match name.to_bytes() {
             b"glTexStorage2D" => std::ptr::null(),
@@ -105,7 +105,7 @@ fn a_later_entry_point_would_be_noticed() {
         })
     };
     let call = std::panic::AssertUnwindSafe(|| {
-        // SAFETY: no call is made: there is no entry point.
+        // SAFETY: nothing is called, because the entry point was not loaded.
         unsafe { without.tex_storage_2d(glow::TEXTURE_2D, 1, glow::RGBA8, 1, 1) }
     });
     assert!(std::panic::catch_unwind(call).is_err());
@@ -123,7 +123,7 @@ fn every_run_gives_the_same_bits() {
     assert_as_expected(&frames(context.gl(), true), "again, timed");
     drop(context);
 
-    // And one pipeline that renders again, with something else in between.
+    // One pipeline also gives the same bits again after it has rendered something else in between.
     let context = Context::open(Backend::Egl).unwrap();
     let settings = &every_switch()[0];
     let request = Request { composite: Some(Apply::All), raw: true, edges: true, ..Request::default() };
@@ -166,7 +166,7 @@ fn softpipe_falls_back_from_signed_normals_and_matches_the_twins() {
     });
 }
 
-/// softpipe unrolls loops over directions whatever they hold, and overflowed its stack at 31 directions of 32 steps.
+/// softpipe unrolls loops over directions whatever they contain. It overflowed its stack at 31 directions of 32 steps.
 #[test]
 fn softpipe_takes_as_many_directions_and_steps_as_it_unrolls() {
     let environment = [("GALLIUM_DRIVER", OsStr::new("softpipe"))];
@@ -177,12 +177,12 @@ fn softpipe_takes_as_many_directions_and_steps_as_it_unrolls() {
             let settings = Settings { directions, steps, blur: 0, ..rig::float_settings(20.0 * shot.radius) };
             let frame = rig::render(context.gl(), &shot, (16, 12), &settings);
             twin::hold_raw(&frame, &settings, &format!("softpipe, {directions} x {steps}"));
-            assert!(frame.raw.texels.iter().any(|&a| a < 0.9), "every pixel exits early");
+            assert!(frame.raw.texels.iter().any(|&a| a < 0.9), "every pixel returns early");
         }
     });
 }
 
-/// `cargo test --test drivers -- --nocapture drivers_differ` prints the table of the README.
+/// `cargo test --test drivers -- --nocapture drivers_differ` prints the table that is in the README.
 #[test]
 fn drivers_differ_by_what_is_known_and_each_matches_its_twins() {
     let Some(all) = table::compared("drivers_differ_by_what_is_known_and_each_matches_its_twins") else { return };

@@ -1,7 +1,8 @@
 //! What goes wrong around the command: it is killed, disks are full or read-only, folders vanish, readers leave. Each
-//! output is then what it was before, or the new file, whole; and what can be said is said in one line.
+//! output must then be what it was before, or the complete new file. If an error can be reported, it is reported in one
+//! line.
 //!
-//! What needs a disk of its own is done in a mount namespace, where the machine lets one be made.
+//! Tests that need a disk of their own run in a mount namespace, if the machine permits one.
 #![cfg(target_os = "linux")]
 
 #[path = "rig/command.rs"]
@@ -22,14 +23,14 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A scene for stdin: the command waits for it, once it has looked at everything else.
+/// A scene for stdin. The command waits for it after it has checked everything else.
 const SCENE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\n";
 
-/// Small pictures of few samples. Nine files: the output, seven in the folder, and the times.
+/// Renders small pictures with few samples into nine files: the output, seven files in the folder, and the times.
 const DUMP: &str = "render /dev/stdin -o out.png --dump dump --timings times.json --directions 2 --steps 2 --blur 3";
 
-/// A command whose streams are pipes, and whose shaders come out of a cache on the disk: what is tested lies before and
-/// after the rendering.
+/// Connects a command to pipes and lets it use a shader cache on the disk, because the tests are about what happens
+/// before and after the rendering.
 fn with_pipes(mut command: Command) -> Command {
     with_shader_cache(&mut command);
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -40,7 +41,7 @@ fn start(folder: &Path, arguments: &str) -> Child {
     with_pipes(hbao(folder, arguments)).spawn().unwrap()
 }
 
-/// Hands over the scene and waits for the end.
+/// Sends the scene to the command and waits for its end.
 fn finish(mut child: Child) -> Output {
     let mut stdin = child.stdin.take().unwrap();
     // A command that has already refused reads nothing.
@@ -53,12 +54,13 @@ fn run(folder: &Path, arguments: &str) -> Output {
     finish(start(folder, arguments))
 }
 
-/// Returns when the command reads its scene, all before that done: of so many comments a pipe holds a few alone.
+/// Returns when the command reads its scene, so that everything before that is done. A pipe can hold only a few of
+/// these comments, so this waits until the command reads.
 fn wait_for_the_scene(child: &mut Child) {
     child.stdin.as_mut().unwrap().write_all("#\n".repeat(1 << 19).as_bytes()).unwrap();
 }
 
-/// The lines on stderr but for the one that tells the backend.
+/// Returns the lines of stderr except the one that names the backend.
 fn said(output: &Output) -> Vec<String> {
     let text = String::from_utf8(output.stderr.clone()).unwrap();
     assert!(!text.contains("panicked"), "{text}");
@@ -66,7 +68,7 @@ fn said(output: &Output) -> Vec<String> {
     text.lines().filter(|line| !backend(line)).map(String::from).collect()
 }
 
-/// It failed with code 1, and said so in one line that holds `part`.
+/// Asserts that the command has failed with code 1 and one line that contains `part`.
 #[track_caller]
 fn assert_failed(output: &Output, part: &str) {
     let lines = said(output);
@@ -74,7 +76,7 @@ fn assert_failed(output: &Output, part: &str) {
     assert!(lines.len() == 1 && lines[0].starts_with("hbao: ") && lines[0].contains(part), "no {part:?} in {lines:?}");
 }
 
-/// Every file below a folder, its bytes by its path.
+/// Returns the bytes of every file below a folder, by its path.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -96,7 +98,7 @@ fn is_temporary(name: &str) -> bool {
     name.rsplit('/').next().unwrap().starts_with(".hbao-")
 }
 
-/// What an undisturbed run writes. Its times are its own.
+/// Returns the files that an undisturbed run writes. The times in them differ from run to run.
 fn whole(arguments: &str) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), arguments);
@@ -106,7 +108,7 @@ fn whole(arguments: &str) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
-/// Asserts that each name has the old file, the new one, or nothing where there was none. Returns how many are new.
+/// Asserts that each name has the old file or the new one, or nothing if there was none. Returns how many are new.
 #[track_caller]
 fn assert_whole(folder: &Path, new: &BTreeMap<String, Vec<u8>>, old: bool, when: &str) -> usize {
     let found = files(folder);
@@ -135,7 +137,7 @@ fn assert_whole(folder: &Path, new: &BTreeMap<String, Vec<u8>>, old: bool, when:
 
 const OLD: &[u8] = b"what was there before";
 
-/// A folder that holds an old file under every name.
+/// Makes a folder that has an old file under every name.
 fn with_old_files(new: &BTreeMap<String, Vec<u8>>) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("dump")).unwrap();
@@ -145,13 +147,13 @@ fn with_old_files(new: &BTreeMap<String, Vec<u8>>) -> tempfile::TempDir {
 
 const SIGNALS: [i32; 3] = [libc::SIGKILL, libc::SIGTERM, libc::SIGINT];
 
-/// Sends a signal, at once: what starts another process to do so comes too late.
+/// Sends a signal immediately. Starting another process to do this would take too long.
 fn send(child: &Child, signal: i32) {
-    // SAFETY: the child has not been waited for, so that its number is its own, if only as that of one that has ended.
+    // SAFETY: the child has not been waited for, so its number still belongs to it, even if it has ended.
     let _ = unsafe { libc::kill(child.id() as i32, signal) };
 }
 
-/// No panic, and no other end than its own or the signal's.
+/// Asserts that the command did not panic, and that it ended by itself or by the signal.
 #[track_caller]
 fn assert_ended(output: &Output, signal: i32) {
     let status = output.status;
@@ -173,7 +175,8 @@ mod killed {
         let (mut before, mut after) = (0, 0);
         let mut delay = duration;
         for kill in 0.. {
-            // First all along a run as long as the last, then before it or beyond, where this machine is slower by now.
+            // The first kills are spread over the duration of the last run. Further kills come earlier or later, for
+            // the case that the machine is slower or faster now.
             match kill {
                 0..KILLS => delay = duration * kill / KILLS,
                 _ if after == 0 => delay = delay * 3 / 2,
@@ -191,21 +194,22 @@ mod killed {
             let output = child.wait_with_output().unwrap();
             assert_ended(&output, signal);
             let count = assert_whole(folder.path(), &new, old, &format!("signal {signal} after {delay:?}"));
-            // A kill at once is too easy.
+            // A kill without a delay is not counted, because it is always before any file.
             before += usize::from(count == 0 && !delay.is_zero());
             after += usize::from(count == new.len());
         }
         println!("{before} kills before any file had its name, {after} after all had");
     }
 
-    /// At the very moment when so many files are under way, or have their names.
+    /// The command is killed at the moment when a certain number of files are being written, or have their names.
     #[test]
     fn while_files_are_written_or_named_leaves_each_old_or_new() {
-        // Of more than three triangles, whose files are larger.
+        // This scene has more than three triangles, so its files are larger.
         let arguments = format!("{} --size 640x480", DUMP.replace("/dev/stdin", "cornell-box"));
         let new = whole(&arguments);
         let (mut written, mut named) = (0, 0);
-        // Each signal at each count, and then on at the first file until one was met under way.
+        // First each signal is sent at each count. Then signals are sent at the first file, until one was met that was
+        // being written.
         for kill in 0..300 {
             if kill >= 27 && written > 0 {
                 break;
@@ -215,7 +219,8 @@ mod killed {
             let folder = if old { with_old_files(&new) } else { tempfile::tempdir().unwrap() };
             let path = folder.path();
             let entries = |path: &Path| fs::read_dir(path).map_or(0, Iterator::count);
-            // Old files are there from the start, and what is more is under way; the others have their names or do not.
+            // Old files exist from the start, so any additional file is being written. Without old files, those with
+            // their names are counted.
             let there = || match old {
                 true => (entries(path) + entries(&path.join("dump"))).saturating_sub(new.len() + 1),
                 false => new.keys().filter(|name| path.join(name).exists()).count(),
@@ -236,11 +241,11 @@ mod killed {
             written += usize::from(files(path).keys().any(|name| is_temporary(name)));
             named += usize::from((1..new.len()).contains(&now));
         }
-        assert!(written > 0, "no kill met a file under way");
+        assert!(written > 0, "no kill met a file that was being written");
         println!("{written} kills left files under way, {named} some files with and some without their names");
     }
 
-    /// A pipe that nobody reads holds the command up when all files are written and none has its name yet.
+    /// A pipe that nobody reads stops the command when all files are written and none has its name yet.
     #[test]
     fn between_writing_and_naming_leaves_every_old_file() {
         let arguments = format!("{DUMP} --size 64x48");
@@ -261,7 +266,7 @@ mod killed {
         }
     }
 
-    /// Nor of a report, whose minutes begin with a context.
+    /// This also holds for a report, which takes minutes and starts by opening a context.
     #[test]
     fn before_it_has_rendered_leaves_no_folder_that_it_made() {
         for (arguments, made) in
@@ -288,7 +293,7 @@ fn make_fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
-/// Waits until something is so; the command must not end before.
+/// Waits until something is true. The command must not end before that.
 fn wait_until(child: &mut Child, so: impl Fn() -> bool) {
     while !so() {
         let ended = child.try_wait().unwrap();
@@ -304,8 +309,9 @@ fn wait_until(child: &mut Child, so: impl Fn() -> bool) {
 mod disks {
     use super::*;
 
-    /// Runs `hbao` with a disk of its own at `disk`, mounted with these options, before which `prepare` runs there and
-    /// after which `find` has its listing. None where the machine lets no disk be mounted.
+    /// Runs `hbao` with a disk of its own, which is mounted at `disk` with these options. Before that, the commands in
+    /// `prepare` run on the disk. Returns the output and a list of the files on the disk, or `None` if the machine does
+    /// not permit mounting.
     fn on_a_disk(options: &str, prepare: &str, arguments: &str) -> Option<(Output, String)> {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("disk")).unwrap();
@@ -329,7 +335,7 @@ mod disks {
             }
             other => other.unwrap(),
         };
-        // Either there is no namespace, of which unshare itself speaks, or in it no disk.
+        // Either a namespace is not permitted, which unshare itself reports, or a disk in it is not.
         if output.status.code() == Some(77) || output.stderr.starts_with(b"unshare: unshare failed") {
             process::not_permitted("a disk to be mounted");
             return None;
@@ -344,7 +350,7 @@ mod disks {
     #[test]
     fn that_are_full_end_it_in_one_line_with_nothing_left() {
         let mut ends = [0, 0];
-        // Of so many pages or files: from none at all to enough for everything.
+        // The limits on the size or the number of files range from nothing at all to enough for everything.
         for limit in
             ["size=4k", "size=16k", "size=64k", "size=128k", "size=256k", "size=1m", "nr_inodes=2", "nr_inodes=5"]
         {
@@ -383,7 +389,7 @@ mod disks {
         }
     }
 
-    /// A rename goes from one name to another on one disk alone.
+    /// A file can be renamed only within one disk.
     #[test]
     fn other_than_the_link_is_on_take_the_file_it_leads_to() {
         let link = "touch there.png; ln -sf disk/there.png ../out.png; ln -sf disk/new.png ../dangling.png";
@@ -395,20 +401,21 @@ mod disks {
         }
     }
 
-    /// The signal's default is to end the process, with what it was writing left behind.
+    /// A file that grows too large raises a signal. Its default is to end the process, which would leave behind what
+    /// was being written.
     #[test]
     fn that_hold_no_file_so_large_end_it_in_one_line_with_nothing_left() {
         let arguments = format!("{DUMP} --size 160x120");
         let new = whole(&arguments);
         let largest = new.values().map(Vec::len).max().unwrap();
         let mut failed = 0;
-        // In blocks of 512 bytes: all but the last are too few for one file at least.
+        // The limits are in blocks of 512 bytes. All but the last are too small for at least one file.
         for blocks in [0, 1, 2, largest / 2048, largest / 1024, (largest - 1) / 512, largest.div_ceil(512)] {
             for old in [false, true] {
                 let folder = if old { with_old_files(&new) } else { tempfile::tempdir().unwrap() };
                 let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
                 let mut limited = with_pipes(by("sh", folder.path()));
-                // Nor could a cache be written.
+                // A shader cache could not be written either.
                 limited.env("MESA_SHADER_CACHE_DISABLE", "true");
                 limited.args(["-c", &script, HBAO]).args(arguments.split_whitespace());
                 let output = finish(limited.spawn().unwrap());
@@ -464,7 +471,8 @@ mod folders {
         assert_eq!(files(folder.path()).into_keys().collect::<Vec<_>>(), ["dump"]);
     }
 
-    /// When the files are written and wait for their names, which happens only around a kill or a pipe.
+    /// The folder vanishes when the files are written but do not have their names yet. Only a kill or a pipe makes this
+    /// moment long enough.
     #[test]
     fn that_vanish_before_the_files_have_their_names_are_an_error_of_one_line() {
         let folder = tempfile::tempdir().unwrap();
@@ -474,7 +482,7 @@ mod folders {
         child.stdin.take().unwrap().write_all(SCENE.as_bytes()).unwrap();
         wait_until(&mut child, || files(folder.path()).keys().filter(|name| is_temporary(name)).count() == 8);
         fs::remove_dir_all(folder.path().join("dump")).unwrap();
-        // A reader lets it go on.
+        // When the pipe is read, the command continues.
         let picture = fs::read(&pipe).unwrap();
         assert!(image::load_from_memory(&picture).is_ok());
         let output = child.wait_with_output().unwrap();
@@ -527,7 +535,7 @@ mod places {
         assert!(output.status.success(), "{:?}", said(&output));
         assert_eq!(image::load_from_memory(&reader.join().unwrap()).unwrap().width(), 64);
 
-        // A reader that leaves in the middle, of more than a pipe holds.
+        // This reader leaves in the middle of a file that is larger than the pipe's buffer.
         fs::rename(folder.path().join("out.png"), folder.path().join("out.exr")).unwrap();
         let arguments = "render cornell-box -o out.exr --show depth --dump dump --size 640x480";
         let child = start(folder.path(), arguments);
@@ -542,7 +550,7 @@ mod places {
 mod streams {
     use super::*;
 
-    /// Verbs that print, as small as they get.
+    /// Verbs that print, with as little work as possible, and whether they fail.
     const VERBS: [(&str, bool); 6] = [
         ("render /dev/null -o a.png", true),
         ("render cornell-box --size 8x8 -o a.png", false),
@@ -589,7 +597,7 @@ mod streams {
         for verb in ["info", "--help", "bench cornell-box --size 8x6 --runs 1 --only figure1"] {
             assert_failed(&in_shell(folder.path(), verb, ">/dev/full"), "cannot write standard output: No space left");
         }
-        // What is said on the way is not the result.
+        // Messages are not the result, so losing them is no error.
         let output = in_shell(folder.path(), "render --size 8x8 -o a.png", "2>/dev/full");
         assert!(output.status.success() && folder.path().join("a.png").exists());
     }

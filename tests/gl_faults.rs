@@ -1,5 +1,5 @@
-//! A driver that refuses, at every call in turn: each run ends in one error that says which pass and object, or in the
-//! image that it should be; it leaves nothing behind, and the next one works.
+//! Tests with a driver that refuses each call in turn. Each run must end in one error that names the pass and the
+//! object, or in the correct image. It must leave nothing behind, and the next run must work.
 
 mod rig;
 
@@ -18,10 +18,10 @@ use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-/// Odd, so that half resolution is rounded up.
+/// Both sides are odd, so that half resolution is rounded up.
 const SIZE: (u32, u32) = (9, 7);
 
-/// What a run gives: every image as numbers, and what it did not do as asked.
+/// The result of a run: every image as numbers, and the notices about what was not done as requested.
 #[derive(Clone, Debug, PartialEq)]
 struct Images {
     texels: Vec<(&'static str, Vec<f32>)>,
@@ -31,11 +31,11 @@ struct Images {
 
 type Run = Box<dyn Fn(&Arc<glow::Context>) -> Result<Images, Error>>;
 
-/// Something that renders, from an empty context to images and back.
+/// A way to use the library, from an empty context to images that are read back.
 struct Scenario {
     name: &'static str,
     run: Run,
-    /// What it may give where the driver does less than was asked for.
+    /// The images that are also correct if the driver does less than was requested.
     lesser: Vec<Images>,
 }
 
@@ -80,7 +80,7 @@ fn view() -> ByHand {
     ByHand { normals: depth.map(|_| [0.0, 0.0, -1.0]), depth, projection }
 }
 
-/// An application's context, whose textures are not the library's.
+/// Renders as in an application's context, with textures that are not the library's.
 fn embedded(gl: &Arc<glow::Context>, (whole, textures): (&glow::Context, &Textures)) -> Result<Images, Error> {
     let settings = Settings { half_res: true, ..small(Method::Hbao) };
     let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings)?;
@@ -89,14 +89,15 @@ fn embedded(gl: &Arc<glow::Context>, (whole, textures): (&glow::Context, &Textur
     Ok(Images { texels, notices: Vec::new(), samples: 1 })
 }
 
-/// A context, the same one behind a driver that refuses, and what to render in it.
+/// A context, the same context behind a driver that refuses, and what to render in it.
 struct Bench {
     plain: Arc<glow::Context>,
     refusing: Arc<glow::Context>,
     scenarios: Vec<Scenario>,
 }
 
-/// Every pass but the ones that exclude each other, with timers; the others; and a caller's own textures.
+/// One scenario has every pass that can run together, with timers. Another has the other passes. The last uses a
+/// caller's own textures.
 fn scenarios(context: &Context) -> Vec<Scenario> {
     let everything =
         Request { composite: Some(Apply::All), raw: true, edges: true, timings: true, ..Request::default() };
@@ -131,7 +132,7 @@ fn scenarios(context: &Context) -> Vec<Scenario> {
     all
 }
 
-/// What went wrong over many runs, and where errors were said to be.
+/// The results of many runs: what was wrong, and which places the errors named.
 #[derive(Default)]
 struct Report {
     runs: usize,
@@ -141,7 +142,7 @@ struct Report {
     wrong: Vec<String>,
 }
 
-/// Puts back what a refused call did not: the pipeline takes OpenGL's initial state for granted.
+/// Restores the state that a refused call has not restored, because the pipeline relies on OpenGL's initial state.
 fn initial_state(gl: &glow::Context) {
     // SAFETY: the context is current, and nothing is drawn.
     unsafe {
@@ -172,7 +173,7 @@ fn initial_state(gl: &glow::Context) {
     }
 }
 
-/// Renders with a fault and judges what came of it.
+/// Renders with a fault and judges the result.
 fn one_fault(gl: &Arc<glow::Context>, scenario: &Scenario, whole: &Images, fault: Fault, report: &mut Report) -> Told {
     let caught = std::panic::AssertUnwindSafe(|| faults::run(gl, Some(fault), || (scenario.run)(gl)));
     let Ok((result, told)) = std::panic::catch_unwind(caught) else {
@@ -202,7 +203,7 @@ fn one_fault(gl: &Arc<glow::Context>, scenario: &Scenario, whole: &Images, fault
         Ok(images) if scenario.lesser.iter().any(|lesser| lesser.texels == images.texels) => {
             report.fallbacks += 1;
             if images.samples == whole.samples && images.notices.is_empty() {
-                wrong("it does less, and says nothing".into());
+                wrong("it does less, but gives no notice".into());
             }
         }
         Ok(images) => {
@@ -217,7 +218,7 @@ fn one_fault(gl: &Arc<glow::Context>, scenario: &Scenario, whole: &Images, fault
         }
     }
     if let Some(error) = told.pending {
-        wrong(format!("an error that nobody asked for stays: 0x{error:x}"));
+        wrong(format!("an error is left in OpenGL: 0x{error:x}"));
     }
     told
 }
@@ -236,7 +237,7 @@ impl Report {
     }
 }
 
-/// `fault(0)`, `fault(1)` and so on, until a run passes that it did not happen in.
+/// Tries `fault(0)`, `fault(1)` and so on, until the fault does not happen in a run.
 fn every(what: &str, bench: &Bench, fault: impl Fn(usize) -> Fault) {
     let mut report = Report::default();
     let gl = &bench.refusing;
@@ -254,8 +255,8 @@ fn every(what: &str, bench: &Bench, fault: impl Fn(usize) -> Fault) {
     report.close(what);
 }
 
-/// In a process of its own with a shader cache: the same shaders are compiled a thousand times. That none of them is
-/// compiled wrongly is for other tests to see.
+/// Runs a test in a process of its own with a shader cache, because the same shaders are compiled a thousand times.
+/// Other tests check that the shaders are compiled correctly.
 fn with_refusing_driver(name: &str, test: impl FnOnce(&Bench)) {
     let environment = [
         ("MESA_SHADER_CACHE_DISABLE", "false"),
@@ -310,9 +311,10 @@ fn a_call_that_is_refused_is_told() {
 #[test]
 fn a_call_that_finds_no_memory_is_told() {
     with_refusing_driver("a_call_that_finds_no_memory_is_told", |bench| {
-        // The calls are those of the test above: every third will do.
+        // The calls are the same as in the test above, so every third is enough.
         every("ignored", bench, |nth| Fault::Ignored { nth: 3 * nth, error: glow::OUT_OF_MEMORY });
-        // Each of these, since where they are refused for another reason they show transform feedback.
+        // Each call of glUseProgram is tried, because with another error code it is reported as active transform
+        // feedback.
         let no_program = |nth| Fault::Refused { entry: "glUseProgram", nth, error: glow::OUT_OF_MEMORY };
         every("no program", bench, no_program);
     });
@@ -337,8 +339,8 @@ fn a_query_without_a_result_leaves_the_clock() {
     });
 }
 
-/// Where errors are said to be when each call of an entry point is refused in turn. A place that is told of several
-/// calls that follow each other stands once.
+/// Returns the places that the errors name when each call of an entry point is refused in turn. A place that is named
+/// for several calls in a row is listed once.
 fn places(bench: &Bench, scenario: &Scenario, entry: &'static str) -> Vec<String> {
     let gl = &bench.refusing;
     let mut places = Vec::new();
@@ -361,12 +363,13 @@ fn places(bench: &Bench, scenario: &Scenario, entry: &'static str) -> Vec<String
     places
 }
 
-/// Putting the program in use again is how transform feedback shows, which is told as that.
+/// While transform feedback is active, glUseProgram fails. The library therefore reports this failure as active
+/// feedback.
 const SAVING: &str = "ambient occlusion: transform feedback is active: call glEndTransformFeedback first";
 const PUT_BACK: &str = "putting the application's state back";
 
-/// The passes in their order, each by what it draws, and every image and buffer: of everything with four samples, and
-/// of half resolution without.
+/// The expected places, for everything with four samples and for half resolution without multisampling: the passes in
+/// their order, each by what it draws with, and every image and buffer.
 const PLACES: [(&str, &[&str], &[&str]); 9] = [
     (
         "glDrawArrays",

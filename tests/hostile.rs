@@ -1,5 +1,6 @@
-//! Whatever a file holds, it is read or refused in one line: every file of the corpus in `tests/hostile`, and mutations
-//! of them from a fixed seed. `HBAO_FUZZ_CASES` says how many of each kind; `tests/fuzz/run` goes on by coverage.
+//! Whatever a file contains, it is read, or it is refused in one line. This is tested with every file of the corpus in
+//! `tests/hostile`, and with mutations of them from a fixed seed. `HBAO_FUZZ_CASES` sets the number of mutations of
+//! each kind of file. `tests/fuzz/run` continues with a fuzzer that is guided by coverage.
 
 #[path = "hostile/promises.rs"]
 mod promises;
@@ -18,7 +19,7 @@ fn tests() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")
 }
 
-/// The files of one folder of the corpus, by name.
+/// Returns the files of one folder of the corpus, sorted by name.
 fn corpus(folder: &str) -> Vec<(String, Vec<u8>)> {
     let entries = fs::read_dir(tests().join("hostile").join(folder)).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
@@ -29,12 +30,12 @@ fn corpus(folder: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// How many mutations to try.
+/// Returns how many mutations to try.
 fn cases(default: u64) -> u64 {
     std::env::var("HBAO_FUZZ_CASES").map_or(default, |cases| cases.parse().unwrap())
 }
 
-/// The words of the fuzzer's dictionary, a quoted string a line.
+/// Returns the words of the fuzzer's dictionary, which has one quoted string per line.
 fn dictionary() -> Vec<Vec<u8>> {
     let text = fs::read_to_string(tests().join("hostile/dictionary")).unwrap();
     let word = |line: &str| {
@@ -54,7 +55,8 @@ fn dictionary() -> Vec<Vec<u8>> {
     text.lines().map(word).collect()
 }
 
-/// A file of the corpus with up to six changes: bytes, words, whole stretches, another file's lines.
+/// Returns a file of the corpus with up to six changes: to bytes, words or whole stretches, or with parts of another
+/// file.
 fn mutated(files: &[(String, Vec<u8>)], words: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
     let mut bytes = draw.one(files).1.clone();
     for _ in 0..1 + draw.below(6) {
@@ -66,7 +68,7 @@ fn mutated(files: &[(String, Vec<u8>)], words: &[Vec<u8>], draw: &mut Draw) -> V
             2 => drop(bytes.drain(at..end)),
             3 => drop(bytes.splice(at..at, draw.one(words).iter().copied())),
             4 => {
-                // In place of the word there.
+                // This replaces the word at this place.
                 let space = |byte: &u8| byte.is_ascii_whitespace() || b"/=[]".contains(byte);
                 let start = bytes[..at].iter().rposition(space).map_or(0, |place| place + 1);
                 let end = bytes[at..].iter().position(space).map_or(bytes.len(), |place| at + place);
@@ -99,7 +101,7 @@ fn mutated(files: &[(String, Vec<u8>)], words: &[Vec<u8>], draw: &mut Draw) -> V
     bytes
 }
 
-/// Says which input it was, should what follows panic.
+/// Prints the input if the test panics while this value exists.
 struct Tried<'a>(&'a [u8]);
 
 impl Drop for Tried<'_> {
@@ -110,8 +112,9 @@ impl Drop for Tried<'_> {
     }
 }
 
-/// Tries every file of a folder and mutations of them. A file's name says by 0 that it is accepted (of a picture:
-/// that it has text) and by 1 that it is not. Both answers must come up, or the mutations are too wild or too tame.
+/// Tries every file of a folder, and mutations of them. The name of a file starts with 0 if it must be accepted, and
+/// with 1 if it must be refused. For pictures, 0 means that the file has text. Both outcomes must be frequent among the
+/// mutations, or else these are too wild or too tame.
 fn hold(folder: &str, seed: u64, default: u64, promise: impl Fn(&[u8]) -> bool) {
     let (files, words) = (corpus(folder), dictionary());
     let mut accepted = 0;
@@ -123,7 +126,7 @@ fn hold(folder: &str, seed: u64, default: u64, promise: impl Fn(&[u8]) -> bool) 
             otherwise.push(format!("{outcome} {folder}/{name}"));
         }
     }
-    assert!(otherwise.is_empty(), "not as their names say:\n{}", otherwise.join("\n"));
+    assert!(otherwise.is_empty(), "the outcomes contradict the names of these files:\n{}", otherwise.join("\n"));
     let (cases, mut draw) = (cases(default), Draw::new(seed.into()));
     for _ in 0..cases {
         let bytes = mutated(&files, &words, &mut draw);
@@ -134,7 +137,7 @@ fn hold(folder: &str, seed: u64, default: u64, promise: impl Fn(&[u8]) -> bool) 
     assert!(accepted * 50 > cases && accepted * 50 < 49 * cases, "{accepted} of {cases} accepted");
 }
 
-/// Materials for the models, and a model for the materials.
+/// The materials for the models, and the model for the materials.
 const MTL: &[u8] = b"newmtl a\nKd 0.5 1 0\nnewmtl b\nKd 1\n";
 const OBJ: &[u8] = b"mtllib m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b c\nf 1 2 3\n";
 

@@ -1,6 +1,6 @@
-//! The memory that a file takes follows from what it says, not from its length, nor from a size that it claims. The
-//! allocator counts it, and the files are made up as they are read, so that gigabytes need no disk:
-//! `HBAO_JUNK_MB=2048 cargo test --test memory -- --nocapture` reads 2 GB of each kind.
+//! The memory that reading a file takes depends on what the file contains, not on its length and not on a size that it
+//! claims. These tests count the memory in the allocator. The files are generated while they are read, so that
+//! gigabytes need no disk: `HBAO_JUNK_MB=2048 cargo test --test memory -- --nocapture` reads 2 GB of each kind.
 
 #[path = "rig/random.rs"]
 #[allow(dead_code, unreachable_pub)]
@@ -29,7 +29,7 @@ fn more(size: usize) {
     PEAK.fetch_max(held, Ordering::Relaxed);
 }
 
-// SAFETY: each call is the system allocator's own, with the caller's own promises.
+// SAFETY: each call is passed on to the system allocator, with the promises that the caller has made.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         more(layout.size());
@@ -44,7 +44,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // The old block may live beside the new one for a while; large ones are moved by their pages.
+        // The old block may exist beside the new one for a while. Large blocks are moved by remapping their pages.
         more(size);
         HELD.fetch_sub(layout.size(), Ordering::Relaxed);
         // SAFETY: as above.
@@ -52,13 +52,13 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// One test at a time counts.
+/// Makes the tests run one at a time, because they share the counters.
 fn alone() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// The most bytes that `work` holds at once, beside what it returns.
+/// Returns the largest number of bytes that `work` holds at once, and what `work` returns.
 fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
     let before = HELD.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);
@@ -68,7 +68,8 @@ fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
 
 const MB: usize = 1 << 20;
 
-/// Some bytes, then about `length` bytes more: others over and over, or random ones where there are no others.
+/// A stream of the bytes in `first`, followed by about `length` more bytes: `over` repeated, or random bytes if `over`
+/// is empty.
 struct Junk {
     first: Vec<u8>,
     over: Vec<u8>,
@@ -101,7 +102,8 @@ impl Read for Junk {
         }
         for byte in &mut buffer[..length] {
             *byte = if self.over.is_empty() {
-                // Without the letters of the shortest statements, one of which would end the reading soon.
+                // The first letters of the shortest statements are left out, because one such statement would soon end
+                // the reading.
                 match self.draw.below(256) as u8 {
                     b'v' | b'f' | b'K' => b'_',
                     byte => byte,
@@ -117,9 +119,9 @@ impl Read for Junk {
     }
 }
 
-/// The one line that says why there is no model.
+/// Returns the one-line message that says why there is no model.
 fn refusal(kind: &str, result: Result<Mesh, Error>) -> String {
-    let Err(error) = result else { panic!("{kind}: taken for a model") };
+    let Err(error) = result else { panic!("{kind}: accepted as a model") };
     let message = error.to_string();
     assert!(message.len() < 300 && !message.chars().any(char::is_control), "{kind}: {message:?}");
     message
@@ -131,7 +133,8 @@ const TRIANGLE: &str = "mtllib m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n
 fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
     let _alone = alone();
     let length = MB * std::env::var("HBAO_JUNK_MB").map_or(32, |mb| mb.parse::<usize>().unwrap());
-    // A line under way is at most 2 MiB, thrice that where its bytes are not UTF-8, and as much again while it grows.
+    // An unfinished line takes at most 2 MiB, three times that if its bytes are not UTF-8, and as much again while it
+    // grows.
     let (short, long) = (MB, 24_000_000);
     let ended = [b"\xff".repeat(2 * MB - 1), b"\n".to_vec()].concat();
     let continued = [b"\xff".repeat(2 * MB - 2), b"\\\n".to_vec()].concat();
@@ -184,8 +187,9 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
 fn a_model_takes_few_bytes_for_each_of_its_file() {
     let _alone = alone();
     let (most, mut worst) = (20.0, 0.0_f64);
-    // A list doubles as it grows, and takes the most just after that. Each list does so at a length of its own, and all
-    // of them between one length and its double. The longer run, which HBAO_JUNK_MB asks for, tries four times as many.
+    // A list doubles its capacity when it is full, and takes the most memory for its content just after that. Each list
+    // does this at another length of the file, but all of them do it between a length and twice that length. The longer
+    // run, which HBAO_JUNK_MB asks for, tries four times as many lengths.
     let every = if std::env::var_os("HBAO_JUNK_MB").is_some() { 1 } else { 4 };
     for length in (32..64).step_by(every).map(|part| part * MB / 32) {
         for (kind, text) in models_of_little_but_one_thing(length) {
@@ -194,13 +198,13 @@ fn a_model_takes_few_bytes_for_each_of_its_file() {
             mesh.unwrap_or_else(|error| panic!("{kind}: {error}"));
             let each = peak as f64 / text.len() as f64;
             worst = worst.max(each);
-            assert!(each < most, "{kind}: {each} bytes for each of the file");
+            assert!(each < most, "{kind}: {each} bytes of memory per byte of the file");
         }
     }
     println!("at worst {worst:.2} bytes for each of the file");
 }
 
-/// What takes the most memory, in files of about `length` bytes.
+/// The models that take the most memory, in files of about `length` bytes.
 fn models_of_little_but_one_thing(length: usize) -> [(&'static str, String); 9] {
     let repeated = |head: &str, over: &str| format!("{head}{}", over.repeat(length / over.len()));
     let counted = |head: &str, next: &dyn Fn(usize) -> String| {

@@ -1,5 +1,5 @@
-//! Real models, where they are at hand: `../shared/models` beside the package. Without that folder these tests say so
-//! and pass. `HBAO_MODELS_SIZE=1600x1200` sets the size of the images.
+//! Tests on real models from the folder `../shared/models` beside the package. If the folder is not there, the tests
+//! report that and pass. `HBAO_MODELS_SIZE=1600x1200` sets the size of the images.
 
 mod rig;
 
@@ -18,11 +18,11 @@ fn size() -> (u32, u32) {
     numbers.unwrap_or_else(|| panic!("HBAO_MODELS_SIZE={text}: give it as 1600x1200"))
 }
 
-/// The model from there, with a radius of 5 % of its size; none where the file is not at hand.
+/// Opens a model of that folder, with a radius of 5 % of its size. Returns `None` if the file is not there.
 fn open(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) -> Option<Shot> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models").join(name);
     if !path.exists() {
-        // Not by a macro, whose words the harness keeps to itself.
+        // The harness would capture what `eprintln!` writes, and nobody would see it.
         let _ = writeln!(std::io::stderr(), "SKIPPED: {} is not there", path.display());
         return None;
     }
@@ -33,13 +33,12 @@ fn open(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) -> Option<Sho
     Some(Shot::new(name, scene.mesh, view, radius))
 }
 
-/// Holds the G-buffer to the ray cast, edges and ambient occlusion to the twins, and EGL and OSMesa to each
-/// other.
+/// Compares the G-buffer with ray casting, edges and ambient occlusion with the twins, and EGL with OSMesa.
 fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     let Some(shot) = open(name, eye, target, fov_y) else { return };
     let radius = shot.radius;
     let settings = Settings { radius: Radius::Units(radius), ..rig::float_settings(radius) };
-    // With the normals and samples that are the default.
+    // The format of the normals and the number of samples are the defaults.
     let Settings { normal_format, msaa, .. } = Settings::default();
     let settings = Settings { normal_format, msaa, ..settings };
     let text = format!("{name} at {:?}\n{}", size(), settings.to_toml());
@@ -55,11 +54,11 @@ fn hold_model(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     assert!(covered > frame.depth.texels.len() / 10);
 }
 
-/// Holds every method and switch to the twins, and EGL and OSMesa to each other.
+/// Compares every method and switch with the twins, and EGL with OSMesa.
 fn hold_every_switch(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     let Some(shot) = open(name, eye, target, fov_y) else { return };
     let [egl, osmesa] = rig::BOTH;
-    // What the switches were chosen for is the Cornell box and its radius.
+    // The radii of the switches were chosen for the Cornell box, so they are scaled to this model.
     let scale = shot.radius / rig::scenes::cornell_box().radius;
     for settings in rig::every_switch() {
         let radius = scale * settings.radius_units().unwrap();
@@ -121,7 +120,7 @@ fn bunny() {
     hold_model("bunny.obj", dvec3(-0.017, 0.16, 0.25), dvec3(-0.017, 0.108, 0.0), 45.0);
 }
 
-/// At most `share` of the plain blur's mean error on edge pixels is left by the supersampling blur.
+/// Checks that the supersampling blur leaves at most `share` of the mean error that the plain blur has on edge pixels.
 fn hold_edges_to(share: f64, name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) {
     let Some(shot) = open(name, eye, target, fov_y) else { return };
     let [plain, supersampled] = rig::errors_on_edges(&shot, size());

@@ -1,5 +1,5 @@
-//! Use without end: renders by the thousand, contexts by the hundred, many threads. Nothing may be left behind, neither
-//! memory nor an object of OpenGL, and no image may change.
+//! Tests of long use: thousands of renders, hundreds of contexts and many threads. No memory and no OpenGL object may
+//! be left behind, and no image may change.
 
 mod rig;
 
@@ -17,12 +17,14 @@ use std::sync::Barrier;
 
 const SIZE: (u32, u32) = (48, 37);
 
-/// Names that OpenGL would have to run through before an object has one that is not looked at.
+/// Only object names below this number are checked. OpenGL would have to use all of them before it gave an object a
+/// larger one.
 const NAMES: u32 = 4096;
 
-/// How many objects of each kind are alive in the context. One more is told from none more, where memory says little.
+/// Counts the objects of each kind that are alive in the context. This shows a single leaked object, which memory
+/// hardly shows.
 fn objects(context: &Context) -> BTreeMap<&'static str, usize> {
-    // A program that is deleted stays until another is in use, and a pipeline leaves its last one so.
+    // A deleted program stays alive while it is in use, and a pipeline leaves its last program in use.
     // SAFETY: the context is current.
     unsafe { context.gl().use_program(None) };
     const KINDS: [(&str, &std::ffi::CStr); 9] = [
@@ -40,9 +42,9 @@ fn objects(context: &Context) -> BTreeMap<&'static str, usize> {
         let address = context.get_proc_address(function);
         assert!(!address.is_null(), "{function:?}");
         type Is = unsafe extern "system" fn(u32) -> u8;
-        // SAFETY: that is the function's address, and this its signature in OpenGL 3.3.
+        // SAFETY: this is the function's address, and this is its signature in OpenGL 3.3.
         let is = unsafe { std::mem::transmute::<*const std::ffi::c_void, Is>(address) };
-        // SAFETY: the context is current, and no name is an error.
+        // SAFETY: the context is current, and every name may be given to this function.
         let alive: Vec<u32> = (1..NAMES).filter(|&name| unsafe { is(name) } != 0).collect();
         assert!(alive.last().is_none_or(|&last| last < NAMES / 2), "{kind} up to {alive:?}");
         (kind, alive.len())
@@ -62,7 +64,7 @@ fn different() -> Vec<Settings> {
     ]
 }
 
-/// With every image that there is.
+/// A request for all images.
 fn everything() -> Request {
     Request { composite: Some(Apply::All), raw: true, edges: true, ..Request::default() }
 }
@@ -71,7 +73,7 @@ fn shots() -> Vec<Shot> {
     vec![scenes::ball(), scenes::pole(), scenes::box_on_a_floor()]
 }
 
-/// One thread draws, so that memory is not the scheduler's, and shaders come out of a cache on the disk.
+/// With one thread that draws, memory does not depend on the scheduler. Shaders are loaded from a cache on the disk.
 #[cfg(target_os = "linux")]
 fn environment() -> [(&'static str, &'static OsStr); 3] {
     [
@@ -81,8 +83,8 @@ fn environment() -> [(&'static str, &'static OsStr); 3] {
     ]
 }
 
-/// By pipelines and by the library's face in turns, by each backend. Measured: from 164 KiB less to 124 more. A leak
-/// planted, the two buffers and the vertex array of each mesh drawn: 6508.
+/// Pipelines and `AmbientOcclusion` render in turns, with each backend. The measured growth is from -164 to 124 KiB.
+/// With a planted leak, the two buffers and the vertex array of each mesh that is drawn, it is 6508 KiB.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_thousand_renders_leave_no_memory_and_no_object_behind() {
@@ -129,7 +131,8 @@ fn render_a_thousand_times(context: &Context) {
     assert_eq!(objects(context), none);
 }
 
-/// Measured: 0 to 132 KiB more. A leak planted, each context's `glow::Context`: 640 by EGL and 2020 by OSMesa.
+/// The measured growth is 0 to 132 KiB. With a planted leak of each context's `glow::Context`, it is 640 KiB with EGL
+/// and 2020 KiB with OSMesa.
 #[cfg(target_os = "linux")]
 #[test]
 fn two_hundred_contexts_with_a_pipeline_each_leave_no_memory_behind() {
@@ -173,7 +176,7 @@ fn every_object_goes_with_its_pipeline() {
                 let mut pipeline = Pipeline::new(gl, SIZE, &settings, request).unwrap();
                 let made = objects(&context);
                 assert!(made["textures"] > before["textures"] + 2 && made["samplers"] > before["samplers"], "{made:?}");
-                // The cameras differ in kind, and each kind has its programs.
+                // Perspective and orthographic cameras need different programs.
                 for shot in [shot.clone(), shot.clone().orthographic()] {
                     pipeline.render(&shot.mesh, &shot.camera(SIZE)).unwrap();
                 }
@@ -185,7 +188,8 @@ fn every_object_goes_with_its_pipeline() {
     }
 }
 
-/// Neither way out of a render leaves anything, and the next one is as if there had been none.
+/// A render may fail in two ways. Neither leaves anything behind, and the next render gives the same image as without
+/// it.
 #[test]
 fn a_render_that_failed_leaves_nothing_behind() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -204,7 +208,7 @@ fn a_render_that_failed_leaves_nothing_behind() {
     assert!(pipeline.render(&shot.mesh, &far).is_err());
     assert_identical(&rig::frame(&mut pipeline, &shot, SIZE, &settings), &expected, "after one that failed");
 
-    // By two ways out: what is said of the textures is not so, or what is said of the view means nothing.
+    // The render fails in two ways: the texture is not of the declared kind, or the view's near plane is invalid.
     let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings).unwrap();
     let inputs = pipeline.inputs(&near);
     let other_kind = TextureRef { target: TextureTarget::Texture2d, ..inputs.normals };
@@ -218,7 +222,8 @@ fn a_render_that_failed_leaves_nothing_behind() {
     assert_eq!(objects(&context), before);
 }
 
-/// The result is bound to a unit and to a framebuffer of the application's when it goes, and others are at work.
+/// The result is still bound to a unit and to the application's framebuffer when it is dropped, and other objects go on
+/// rendering.
 #[test]
 fn what_is_dropped_in_use_is_gone_and_the_rest_goes_on() {
     for backend in rig::BOTH {
@@ -254,7 +259,7 @@ fn what_is_dropped_in_use_is_gone_and_the_rest_goes_on() {
         assert_eq!(textures.visibility(&mut third, &view), expected);
         drop(second);
         assert_eq!(textures.visibility(&mut third, &view), expected);
-        // The inputs go before what was computed from them.
+        // The inputs are dropped before the object that has used them.
         drop(textures);
         drop(third);
         // SAFETY: as above.
@@ -282,17 +287,17 @@ fn eight_threads_at_once_render_what_each_renders_alone() {
             scope.spawn(move || {
                 let shot = shots().swap_remove(thread % 3);
                 let context = Context::open(rig::BOTH[thread % 2]);
-                barrier.wait(); // with eight contexts open, whatever became of one
+                barrier.wait(); // all threads have tried to open a context by now
                 let context = context.unwrap();
                 let settings = &settings[thread % settings.len()];
                 for turn in 0..2 {
-                    // Compiled anew, while others draw.
+                    // The shaders are compiled again while other threads draw.
                     let frame = rig::render(context.gl(), &shot, SIZE, settings);
                     assert_identical(&frame, expected, &format!("thread {thread}, turn {turn}"));
                 }
             });
         }
     });
-    // Different threads made different images.
+    // Different threads must have made different images.
     assert!(alone[0].ao != alone[1].ao && alone[1].ao != alone[2].ao);
 }

@@ -1,10 +1,10 @@
-//! For every finite input each pass writes finite values in range, and what its float64 twin writes: over scenes,
-//! cameras, settings and sizes drawn at random, the extremes among them.
+//! For every finite input, each pass must write finite values in range that match its float64 twin. This is tested with
+//! random scenes, cameras, settings and sizes, including extreme ones.
 //!
-//! Compiling shaders takes most of the time, so that each set of settings renders many scenes. The draw is the same in
-//! every run. `HBAO_STABILITY_CASES=N` makes it about N frames of a new draw, with as many settings as that takes;
-//! `PROPTEST_RNG_SEED` fixes that one too. What fails is drawn smaller until it is minimal, and its seed is written to
-//! `tests/stability/METHOD.seeds`, which every run tries first.
+//! Compiling shaders takes most of the time, so each set of settings renders many scenes. The random choices are the
+//! same in every run. `HBAO_STABILITY_CASES=N` makes about N frames of new choices, with as many settings as that
+//! takes; `PROPTEST_RNG_SEED` makes these reproducible too. A failing case is made smaller until it is minimal, and its
+//! seed is written to `tests/stability/METHOD.seeds`, which every run tries first.
 
 #[path = "stability/draw.rs"]
 mod draw;
@@ -31,7 +31,7 @@ fn fail<T>(what: impl Into<String>) -> Result<T, TestCaseError> {
     Err(TestCaseError::fail(what.into()))
 }
 
-/// What was seen, over all frames of a test. Pixels are those of ambient occlusion.
+/// Statistics over all frames of a test. Pixels are those of ambient occlusion.
 #[derive(Default, Debug)]
 struct Counts {
     settings: usize,
@@ -39,23 +39,25 @@ struct Counts {
     with_surfaces: usize,
     occluded: usize,
     covered: usize,
-    /// Pixels of the images that hold a surface, and those whose depth and normal were held to those of rays.
+    /// The pixels of the images that show a surface, and those whose depth and normal were compared with those of rays.
     seen: usize,
     surfaces: usize,
-    /// Pixels left out of the comparison, before the blur and after it.
+    /// Pixels that were left out of the comparison, before the blur and after it.
     ambiguous: usize,
     blur_ambiguous: usize,
-    /// Pixels of micro-spheres that are not compared with the twin, by [`amplifies`].
+    /// Pixels of micro-spheres that were not compared with the twin because of [`amplifies`].
     amplified: usize,
-    /// Frames with more of them than 0.5 % of the covered pixels and than two, and the largest share of one.
+    /// The number of frames in which more than 0.5 % of the covered pixels, and more than two, are ambiguous, and the
+    /// largest such share.
     over: usize,
     worst: f64,
 }
 
-/// The last batch's pipeline: what fails is drawn smaller, by the same settings mostly.
+/// The pipeline of the last batch. While a failing case is made smaller, the settings mostly stay the same, so it is
+/// kept.
 struct Compiled {
     key: (Backend, Settings, (u32, u32)),
-    // Before the context, which it is made in.
+    // This is declared before the context, in which it was made, so that it is dropped first.
     pipeline: Pipeline,
     context: Context,
 }
@@ -67,7 +69,7 @@ fn compiled(batch: &Batch) -> Compiled {
     Compiled { key: (batch.backend, batch.settings.clone(), batch.size), pipeline, context }
 }
 
-/// Finite, and in [0, 1].
+/// Checks that all values are finite and in [0, 1].
 fn scan(what: &str, image: &Image<f32>) -> Held {
     match image.texels.iter().position(|a| !(0.0..=1.0).contains(a)) {
         Some(i) => fail(format!("{what} is {} at ({}, {})", image.texels[i], i % image.width, i / image.width)),
@@ -75,7 +77,7 @@ fn scan(what: &str, image: &Image<f32>) -> Held {
     }
 }
 
-/// Depth between the planes, and normals of length 1; none of either on background.
+/// Checks that depth lies between the planes and normals have length 1, and that background has neither.
 fn scan_gbuffer(depth: &Image<f32>, normals: &Image<[f32; 3]>, [near, far]: [f64; 2]) -> Held {
     for (i, (&z, &n)) in depth.texels.iter().zip(&normals.texels).enumerate() {
         let at = (i % depth.width, i / depth.width);
@@ -110,11 +112,11 @@ fn held<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     compare(got, expected, mask, limits).or_else(|mismatch| fail(format!("{what}: {mismatch}")))
 }
 
-/// Whether R covers so many texels that float32 cannot tell the sum of the micro-spheres. The samples stand for the
-/// pi R_px^2 texels of R's disc, wherever the border clamps them to. At a texel's distance each texel takes pi/4 of
-/// solid angle. Of n.D/|D| some 1e-7 is rounded off, and |r| times as much where the terms of D are that much longer
-/// than D. The sum makes of it some 1e-3 of A at R_px = 100, and nothing bounds it. So the pixels are checked for their
-/// range and counted, and are not compared with the twin.
+/// Whether R covers so many texels that float32 cannot compute the sum of micro-spheres. The samples stand for all
+/// texels of R's disc, pi R_px^2 in number, even if the border clamps them to texels next to P. At the distance of one
+/// texel, each has a solid angle of pi/4. The rounding error of n.D/|D| is 1e-7, and larger by |r| where D's terms are
+/// that much longer than D. At R_px = 100 the sum is off by some 1e-3 of A. Nothing bounds this error, so such pixels
+/// are scanned and counted but not compared.
 fn amplifies(
     settings: &Settings,
     camera: &Camera,
@@ -131,13 +133,13 @@ fn amplifies(
     settings.method == Method::Microsphere && radius * r.length().sqrt() > 64.0
 }
 
-/// One frame, pass by pass.
+/// Checks one frame, pass by pass.
 fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mut Counts) -> Held {
     let settings = &batch.settings;
     let Some((mesh, view)) = drawn.view(batch.orthographic, settings.radius_units().unwrap()) else { return Ok(()) };
     let camera = match view.camera(&mesh, batch.size.0, batch.size.1) {
         Ok((camera, _)) => camera,
-        // Eye and target may be drawn alike.
+        // The random eye and target may be the same point.
         Err(error) if error.to_string().contains("--eye is the same point as --target") => return Ok(()),
         Err(error) => return fail(error.to_string()),
     };
@@ -152,7 +154,7 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     scan_gbuffer(&depth, &normals, [camera.near, camera.far])?;
     let sample = if samples.is_empty() { [0.0; 2] } else { FOUR_SAMPLES[0] };
     let by = settings.normals;
-    // Half floats have 11 bits, but where the driver has no signed bytes they are taken in their place.
+    // Half floats have 11 bits. If the driver does not render signed bytes, half floats replace them.
     let rounded = if settings.normal_format == NormalFormat::Rgba16f { 0.05 } else { 0.5 };
     let surfaces = Surfaces { depth: &depth, normals: &normals, rounded, mesh: &mesh, camera: &camera, by, sample };
     counts.seen += depth.texels.iter().filter(|z| z.is_finite()).count();
@@ -208,19 +210,19 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     held("blurred ambient occlusion", &ao, &expected, &ambiguous.map(|a| !a), everywhere(1e-3))
 }
 
-/// What is drawn.
+/// What a test draws at random.
 struct Draws {
     methods: Vec<Method>,
-    /// As many settings; or where a longer run is asked for, as many as `share` of its frames take.
+    /// The number of sets of settings. In a longer run this number is as large as `share` of its frames takes.
     sets: u32,
     share: f64,
-    /// By this backend alone, in pictures that a slow driver can render.
+    /// With a backend, only this one is used, and the pictures are small enough for a slow driver.
     only: Option<Backend>,
     most: Most,
 }
 
-/// What may be left out of the comparison with the twins: shares of the covered pixels of all frames, before and after
-/// the blur, and the share of the frames of which 0.5 %, or more than two pixels, are ambiguous.
+/// The largest shares that may be left out of the comparison with the twins: of the covered pixels of all frames,
+/// before and after the blur, and of frames in which more than 0.5 % of the pixels, and more than two, are ambiguous.
 #[derive(Clone, Copy)]
 struct Most {
     ambiguous: f64,
@@ -228,8 +230,8 @@ struct Most {
     over: f64,
 }
 
-/// In an orthographic view of a plane pixels share their offsets, and a tie of one is that of a sixteenth of them: one
-/// frame in a few hundred.
+/// In an orthographic view of a plane, a sixteenth of all pixels have the same offsets, so a tie at one pixel is a tie
+/// at all of these. This happens in one frame of a few hundred.
 const FEW: Most = Most { ambiguous: 0.005, blur_ambiguous: 0.05, over: 0.01 };
 
 fn hold_drawn(seeds: &'static str, Draws { methods, sets, share, only, most }: Draws) {
@@ -253,7 +255,7 @@ fn hold_drawn(seeds: &'static str, Draws { methods, sets, share, only, most }: D
         let mut last = last.borrow_mut();
         let mut counts = counts.borrow_mut();
         if last.as_ref().is_none_or(|last| last.key != (batch.backend, batch.settings.clone(), batch.size)) {
-            // The old context goes before the new one is made current.
+            // The old context is dropped before the new one is made current.
             *last = None;
             *last = Some(compiled(&batch));
             counts.settings += 1;
@@ -278,10 +280,10 @@ fn hold_drawn(seeds: &'static str, Draws { methods, sets, share, only, most }: D
         && share(counts.blur_ambiguous, counts.covered) <= most.blur_ambiguous
         && share(counts.over, counts.frames) <= most.over;
     assert!(few, "too much is ambiguous: {counts:?}");
-    assert!(share(counts.surfaces, counts.seen) > 0.8, "too few surfaces were held to rays: {counts:?}");
-    // With those of all tests, 2,000 and more.
+    assert!(share(counts.surfaces, counts.seen) > 0.8, "too few surfaces were compared with rays: {counts:?}");
+    // All tests together have 2,000 frames or more.
     assert!(counts.frames >= 30 * sets as usize, "too few frames: {counts:?}");
-    // Comparisons of images that are all background, or all open, would say little.
+    // Comparing images that are all background, or entirely open, would show little.
     let open = methods.iter().all(|&method| !rig::computes(method));
     assert!(2 * counts.with_surfaces > counts.frames && (open || 10 * counts.occluded > counts.frames), "{counts:?}");
 }
@@ -294,7 +296,7 @@ fn hbao_is_finite_in_range_and_its_twins_at_the_extremes() {
 
 #[test]
 fn hbao_of_the_talk_is_finite_in_range_and_its_twins_at_the_extremes() {
-    // Of samples that are as high, the one that is taken for the horizon decides all of the direction's W.
+    // If two samples are equally high, the one that is taken for the horizon decides W for the whole direction.
     let most = Most { ambiguous: 0.03, over: 0.06, ..FEW };
     let draws = Draws { methods: vec![Method::HbaoTalk], sets: 7, share: 0.12, only: None, most };
     hold_drawn("tests/stability/hbao-talk.seeds", draws);
@@ -302,7 +304,7 @@ fn hbao_of_the_talk_is_finite_in_range_and_its_twins_at_the_extremes() {
 
 #[test]
 fn marched_rays_are_finite_in_range_and_their_twins_at_the_extremes() {
-    // Any of hundreds of samples may be about to round to another texel, and a hit weighs a 32nd.
+    // Any of hundreds of samples may be about to round to another texel, and one hit changes A by 1/32.
     let most = Most { ambiguous: 0.02, over: 0.05, ..FEW };
     let draws = Draws { methods: vec![Method::RayMarch], sets: 7, share: 0.12, only: None, most };
     hold_drawn("tests/stability/ray-march.seeds", draws);
@@ -310,7 +312,7 @@ fn marched_rays_are_finite_in_range_and_their_twins_at_the_extremes() {
 
 #[test]
 fn micro_spheres_and_creases_are_finite_in_range_and_their_twins_at_the_extremes() {
-    // And every method that no other test here draws.
+    // This test also draws every method that no other test here draws.
     let drawn = [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Ssao];
     let methods = rig::methods().filter(|method| !drawn.contains(method)).collect();
     let draws = Draws { methods, sets: 7, share: 0.13, only: None, most: FEW };
@@ -319,8 +321,8 @@ fn micro_spheres_and_creases_are_finite_in_range_and_their_twins_at_the_extremes
 
 #[test]
 fn ssao_is_finite_in_range_and_its_twins_at_the_extremes() {
-    // The weights of its blur do not fall off with distance, so that at half resolution the taps on both sides of a
-    // pixel are often equally near in depth.
+    // The blur of SSAO has equal weights, which do not fall off with distance. At half resolution, the taps on both
+    // sides of a pixel are often equally near in depth, so that there are many ties.
     let most = Most { blur_ambiguous: 0.15, ..FEW };
     let draws = Draws { methods: vec![Method::Ssao], sets: 9, share: 0.15, only: None, most };
     hold_drawn("tests/stability/ssao.seeds", draws);
@@ -332,7 +334,7 @@ fn no_ambient_occlusion_is_open_at_the_extremes() {
     hold_drawn("tests/stability/none.seeds", draws);
 }
 
-/// Of every method, in a process of its own.
+/// All methods, for a driver that is tested in a process of its own.
 fn on_another_driver(backend: Backend) -> Draws {
     let most = Most { ambiguous: 0.02, blur_ambiguous: 0.15, over: 0.04 };
     Draws { methods: rig::methods().collect(), sets: 4, share: 0.05, only: Some(backend), most }

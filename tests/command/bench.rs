@@ -1,4 +1,4 @@
-//! `hbao bench` measures and reports; how fast anything is, no test asserts.
+//! `hbao bench` measures and reports. No test asserts how fast anything is.
 
 use crate::rig;
 use crate::rig::command::{hbao, texts};
@@ -13,7 +13,7 @@ fn bench(folder: &Path, arguments: &str) -> Output {
     hbao(folder, &format!("bench {arguments}")).output().unwrap()
 }
 
-/// Standard output, standard error, and what `--json b.json` wrote.
+/// Returns standard output, standard error, and what `--json b.json` wrote.
 fn measured(arguments: &str) -> (String, String, Value) {
     let folder = tempfile::tempdir().unwrap();
     let output = bench(folder.path(), &format!("{arguments} --json b.json"));
@@ -44,7 +44,7 @@ fn it_measures_what_the_papers_did_and_writes_the_contracts_fields() {
         assert_eq!(blur > 0.0, number(row, "blur") > 0.0, "{row}");
         let [low, high] = [0, 1].map(|i| row["spread"]["frame_ms"][i].as_f64().unwrap());
         assert!(low <= frame && frame <= high, "{row}");
-        // Nothing is measured of a pass that there is not.
+        // If there is no AO pass, nothing may be measured of it.
         let has_ao = row["method"] != "none";
         assert_eq!(ao > 0.0, has_ao, "{row}");
         for name in ["floor_ms", "mpixels_per_s", "ao_to_floor", "floor_ns_per_fetch", "ns_per_sample"] {
@@ -75,7 +75,7 @@ fn it_measures_what_the_papers_did_and_writes_the_contracts_fields() {
         .iter()
         .map(|row| (row["method"].as_str().unwrap(), number(row, "fetches_per_pixel")))
         .collect();
-    // The two of the talk's figure, then every other method with its own defaults.
+    // First come the two methods of the talk's figure, then every other method with its own defaults.
     let figure = [("hbao-talk", 64.0), ("ray-march", 256.0)];
     let others = rig::methods().map(|method| (method.name(), method.samples(&Settings::for_method(method)).into()));
     let others = others.filter(|other| !figure.contains(other));
@@ -95,7 +95,7 @@ fn it_measures_what_the_papers_did_and_writes_the_contracts_fields() {
     assert_eq!(series("pixels", "msaa"), [1.0; 7]);
     assert_eq!(report["exponents"].as_array().unwrap().len(), 6);
 
-    // The ratios are those of the rows.
+    // The ratios must be the quotients of the rows' times.
     let of = |mode: &str, column: &str| {
         let row = rows(&report, mode).into_iter().find(|row| row["column"] == column);
         number(row.unwrap(), "ao_ms")

@@ -1,4 +1,4 @@
-//! The command line, driven as its users drive it: what it writes, what it says, and how it fails.
+//! Runs the command line as its users do, and checks what it writes, what it prints and how it fails.
 
 use crate::rig::command::{names, notices, of_arguments};
 use std::ffi::OsStr;
@@ -21,18 +21,19 @@ fn hbao<S: AsRef<OsStr>>(folder: &Path, arguments: &[S]) -> Output {
     of_arguments(folder, arguments).output().expect("the command runs")
 }
 
-/// Runs `hbao render --size 96x72` with these arguments, separated by spaces. It must succeed; returns its stderr.
+/// Runs `hbao render --size 96x72` with these arguments, which are separated by spaces. The command must succeed.
+/// Returns its stderr.
 fn render(folder: &Path, arguments: &str) -> String {
     let all: Vec<_> = ["render", "--size", SMALL].into_iter().chain(arguments.split_whitespace()).collect();
     let output = hbao(folder, &all);
     let stderr = String::from_utf8(output.stderr).expect("UTF-8");
     assert_eq!(output.status.code(), Some(0), "{arguments}: {stderr}");
-    assert!(output.stdout.is_empty(), "{arguments}: stdout is for results");
+    assert!(output.stdout.is_empty(), "{arguments}: stdout must be empty");
     assert!(stderr.lines().all(|line| line.starts_with("hbao: ")), "{stderr}");
     stderr
 }
 
-/// The settings that a file says made it.
+/// Returns the settings with which a file says that it was made.
 fn settings_text(path: &Path) -> String {
     let pairs = match path.extension().and_then(OsStr::to_str) {
         Some("png") => png::read_text(path),
@@ -78,7 +79,7 @@ mod images {
                     let color = if rgb { image::ColorType::Rgb8 } else { image::ColorType::L8 };
                     assert_eq!(other.color(), color, "{name}");
                 } else if rgb {
-                    // The crate image reads EXR files of colour alone.
+                    // The crate `image` can read only those EXR files that have colours.
                     let other = image::open(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
                     assert_eq!((other.width(), other.height()), (96, 72), "{name}");
                     exr::read::<[f32; 3]>(&path).unwrap();
@@ -115,7 +116,7 @@ mod images {
     fn background_is_told_apart_in_depths_and_normals() {
         let folder = folder();
         let covered = covered(folder.path());
-        assert!(covered.contains(&true) && covered.contains(&false), "the box does not fill the picture");
+        assert!(covered.contains(&true) && covered.contains(&false), "the picture must show the box and background");
         render(folder.path(), "-o depth.png --show depth");
         render(folder.path(), "-o normals.png --show normals");
         render(folder.path(), "-o normals.exr --show normals");
@@ -155,7 +156,7 @@ mod images {
             assert!(ao.iter().all(|a| (0.0..=1.0).contains(a)), "{arguments}");
             ao
         };
-        assert!(read("--radius 1e-300").iter().all(|&a| a == 1.0), "nothing lies that near");
+        assert!(read("--radius 1e-300").iter().all(|&a| a == 1.0), "no occluder is that near");
         assert_eq!(read("--blur-depth-sigma 1e-300 --jitter none"), read("--blur-depth-sigma 1e-25 --jitter none"));
         assert_eq!(read("--strength 1e300 --blur 0"), read("--strength 1e38 --blur 0"));
         read("--radius 1e300");
@@ -178,7 +179,7 @@ mod images {
         let edges = read("");
         let white = edges.texels.iter().filter(|&&e| e == 255).count();
         assert!(white > 50 && white < edges.texels.len() / 10, "{white}");
-        assert_eq!(edges, read("--edges off --blur 0 --half-res"), "what is an edge does not follow from the blur");
+        assert_eq!(edges, read("--edges off --blur 0 --half-res"), "edges do not depend on the blur");
         let dumped = |arguments: &str| {
             render(folder.path(), &format!("-o a.png --dump d {arguments}"));
             png::read::<u8>(&folder.path().join("d/edges.png")).unwrap()
@@ -218,7 +219,7 @@ mod images {
         let arguments = [&arguments[..], &["--blur", "0"]].concat();
         assert_eq!(hbao(folder.path(), &arguments).status.code(), Some(0));
         let bytes = |name: &str| fs::read(folder.path().join("d").join(name)).unwrap();
-        assert_eq!(bytes("ao.exr"), bytes("ao_raw.exr"), "nothing brings it to full size without a blur");
+        assert_eq!(bytes("ao.exr"), bytes("ao_raw.exr"), "without a blur it stays at half size");
     }
 
     #[test]
@@ -444,7 +445,7 @@ mod settings {
         for &method in Method::ALL {
             let unread: Vec<_> = KNOBS.iter().filter(|knob| !method.reads(knob.name)).collect();
             let defaults = Settings::for_method(method);
-            // A setting that is worked out from others has no text of its own.
+            // A setting that is computed from others has no text of its own.
             let value = |knob: &Knob| Some(knob.text(&defaults)).filter(|text| !text.is_empty()).unwrap_or("1".into());
             let flags: String = unread.iter().map(|knob| format!(" --{}={}", knob.name, value(knob))).collect();
             let stderr = render(folder.path(), &format!("-o a.png --method {}{flags}", method.name()));
@@ -549,7 +550,7 @@ mod the_command {
         assert_eq!(output.status.code(), Some(1));
         assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2, "one line for each backend");
         let stderr = String::from_utf8(output.stderr).unwrap();
-        // libEGL may add a warning of its own.
+        // libEGL may print a warning of its own.
         let ours: Vec<_> = stderr.lines().filter(|line| !line.starts_with("libEGL")).collect();
         assert!(ours.len() == 1 && ours[0].starts_with("hbao: no backend works"), "{stderr}");
     }
@@ -591,7 +592,7 @@ mod truth {
         assert_eq!((image.width, image.height), (24, 18));
         let least = image.texels.iter().copied().fold(1.0, f32::min);
         assert!(image.texels.iter().all(|a| (0.0..=1.0).contains(a)) && least < 0.7, "{least}");
-        // The same in every run, whatever the threads.
+        // The result is the same in every run, whatever the number of threads.
         let again = folder.path().join("again");
         fs::create_dir(&again).unwrap();
         hbao(&again, &arguments);

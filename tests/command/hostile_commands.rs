@@ -1,7 +1,7 @@
-//! Whatever the command line says, the command does it, or refuses it in one line and leaves nothing behind. The tests
-//! try every file of `tests/hostile/command_lines`, which holds one argument on each line, and commands that they draw
-//! from the command's grammar: a hundredth as many as `HBAO_FUZZ_CASES` says. And whatever the command has to read, it
-//! ends, and takes little memory.
+//! Whatever the command line contains, the command does it, or refuses it in one line and leaves nothing behind. The
+//! tests try every file of `tests/hostile/command_lines`, which has one argument on each line. They also try random
+//! commands from the command's grammar: a hundredth as many as `HBAO_FUZZ_CASES` sets. Finally, whatever the command is
+//! given to read, it must end and use little memory.
 
 use crate::rig::command::{HBAO, by, hbao, of_arguments, with_shader_cache};
 use crate::rig::random::Draw;
@@ -19,25 +19,26 @@ fn hostile() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/hostile")
 }
 
-/// The files of a folder, in order.
+/// Returns the sorted paths of the files of a folder.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     files
 }
 
-/// Runs a command in a folder that holds nothing, and asserts what must hold of every command. Gives its exit code.
+/// Runs a command in an empty folder, and asserts what must hold for every command. Returns its exit code.
 fn run(arguments: &[OsString]) -> i32 {
     let folder = tempfile::tempdir().unwrap();
     let output = with_shader_cache(&mut of_arguments(folder.path(), arguments)).output().unwrap();
     let code = holds(&output, &format!("{arguments:?}"));
     let left = files(folder.path());
-    assert!(code == 0 || left.is_empty(), "{arguments:?}: failed, and left {left:?}");
+    assert!(code == 0 || left.is_empty(), "{arguments:?}: it failed, but left {left:?}");
     assert!(left.iter().all(|path| !path.to_str().unwrap().ends_with(".tmp")), "{arguments:?}: {left:?}");
     code
 }
 
-/// Done, failed or wrong usage; each line is the command's own; what was not done has one line that says why.
+/// Checks that the exit code says success, failure or wrong usage, that every line on stderr is the command's own, and
+/// that a command that did not succeed gives its reason in exactly one line. Returns the exit code.
 fn holds(output: &Output, what: &str) -> i32 {
     let stderr = String::from_utf8_lossy(&output.stderr);
     let code = output.status.code().unwrap_or_else(|| panic!("{what}: {}: {stderr}", output.status));
@@ -45,7 +46,7 @@ fn holds(output: &Output, what: &str) -> i32 {
     assert!(!stderr.chars().any(|c| c.is_control() && c != '\n'), "{what}: {stderr:?}");
     let mut errors = 0;
     for line in stderr.split_terminator('\n') {
-        let Some(line) = line.strip_prefix("hbao: ") else { panic!("{what}: not a line of ours: {stderr}") };
+        let Some(line) = line.strip_prefix("hbao: ") else { panic!("{what}: a line not of hbao: {stderr}") };
         const NOTICES: [&str; 8] = [
             ", OpenGL ",
             " has no effect ",
@@ -58,11 +59,11 @@ fn holds(output: &Output, what: &str) -> i32 {
         ];
         errors += i32::from(!NOTICES.iter().any(|notice| line.contains(notice)));
     }
-    assert!(code == 0 || errors == 1, "{what}: exit code {code}, {errors} lines that say why: {stderr}");
+    assert!(code == 0 || errors == 1, "{what}: exit code {code}, {errors} lines with a reason: {stderr}");
     code
 }
 
-/// Flags that most verbs take: values in range, and values at its edge or past it.
+/// The flags that most verbs take, with values in range, and with values at the limit of the range or beyond it.
 const FLAGS: &[(&str, &[&str], &[&str])] = &[
     (
         "--size",
@@ -114,7 +115,7 @@ const FLAGS: &[(&str, &[&str], &[&str])] = &[
     ("-o", &["out.png", "out.exr"], &["out", ".png", "none/out.png", "", ".", "/", "out.png/"]),
 ];
 
-/// What makes sense nowhere.
+/// Values that are valid for no flag.
 const ANYWHERE: [&str; 22] = [
     "",
     " ",
@@ -151,13 +152,14 @@ fn offered(verb: &str, flag: &str) -> bool {
     text.contains(&format!("{flag} "))
 }
 
-/// A command of the grammar.
+/// Draws a random command from the grammar.
 fn draw(choices: &mut Draw, seeds: &[PathBuf]) -> Vec<OsString> {
     let verb =
         *choices.one(&["render", "render", "truth", "truth", "truth", "trade", "tune", "bench", "paper", "info"]);
-    // What takes long is only drawn to be refused.
+    // Verbs that take long are only drawn with arguments that are refused.
     let short = matches!(verb, "render" | "truth");
-    // Flags in range with a scene that can be rendered, or with a file of the corpus; or flags past their range.
+    // Kind 0 has flags in range and a scene that can be rendered, kind 1 has a file of the corpus instead, and kind 2
+    // has flags out of range.
     let kind = if short { choices.below(3) } else { 2 };
     let mut arguments: Vec<OsString> = vec![verb.into()];
     if short || choices.below(2) == 0 {
@@ -171,7 +173,7 @@ fn draw(choices: &mut Draw, seeds: &[PathBuf]) -> Vec<OsString> {
             continue;
         }
         if taken {
-            // The second of a flag would hide its value.
+            // A flag given twice would be refused for that, whatever its value is, so the first one is removed.
             let at = arguments.iter().position(|argument| argument == flag).unwrap();
             arguments.drain(at..(at + 2).min(arguments.len()));
         }
@@ -218,7 +220,7 @@ fn every_command_is_carried_out_or_refused_in_one_line() {
     assert!(codes.iter().all(|&count| count * 20 > cases), "{codes:?}");
 }
 
-/// Runs `hbao` with so many bytes of address space and no more, and `input` on its standard input.
+/// Runs `hbao` with at most this many KiB of address space, and with `input` on its standard input.
 fn within(kib: u32, arguments: &str, input: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> (i32, String) {
     let folder = tempfile::tempdir().unwrap();
     let line = format!("ulimit -v {kib} && exec \"$0\" {arguments}");
@@ -230,11 +232,11 @@ fn within(kib: u32, arguments: &str, input: impl FnOnce(&mut dyn Write) -> std::
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // A command that has seen enough closes the pipe.
+    // Writing fails if the command has seen enough and has closed the pipe.
     drop(input(&mut child.stdin.take().unwrap()));
     let output = child.wait_with_output().unwrap();
     let code = holds(&output, arguments);
-    assert!(code == 0 || files(folder.path()).is_empty(), "{arguments}: failed, and left something");
+    assert!(code == 0 || files(folder.path()).is_empty(), "{arguments}: it failed, but left a file");
     (code, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 

@@ -1,4 +1,4 @@
-//! The `hbao` command, run as its users run it: one module for each promise, all in one program.
+//! Runs the `hbao` command as its users run it. Each module tests one promise, and all are compiled into one program.
 
 #[path = "../rig/mod.rs"]
 mod rig;

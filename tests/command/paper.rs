@@ -1,5 +1,5 @@
-//! `hbao paper` writes one page that needs nothing but itself, with every figure, table and claim; at a size for a
-//! quick look, and with the built-in scenes alone.
+//! `hbao paper` writes one page that needs no other file, with every figure, table and claim. It is tested at the size
+//! of a quick look, and with the built-in scenes only.
 
 use crate::rig;
 use crate::rig::command::cached;
@@ -12,7 +12,7 @@ use hbao::settings::DepthFormat;
 use serde_json::Value;
 use std::path::Path;
 
-/// What stands between `from` and `to`, wherever it does.
+/// Returns each part of the text that lies between `from` and `to`.
 fn between<'a>(text: &'a str, from: &'a str, to: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(from).skip(1).filter_map(move |rest| rest.split(to).next())
 }
@@ -45,7 +45,7 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     let report = folder.path().join("report");
     let page = std::fs::read_to_string(report.join("index.html")).unwrap();
 
-    // No network: nothing is fetched from anywhere, and nothing from the files beside it.
+    // The page needs no network, and none of the files beside it.
     for source in between(&page, "src=\"", "\"").chain(between(&page, "href=\"", "\"")) {
         assert!(source.starts_with("data:image/png;base64,") || source.starts_with('#'), "{source:.60}");
     }
@@ -56,15 +56,15 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     for anchor in between(&page, "href=\"#", "\"") {
         assert!(page.contains(&format!("id=\"{anchor}\"")), "#{anchor} leads nowhere");
     }
-    assert!(page.contains("class=\"compare\""), "no two pictures can be laid over each other");
+    assert!(page.contains("class=\"compare\""), "the page has no pair of pictures to compare");
 
-    // The same pictures lie beside it, each a whole file.
+    // The same pictures are saved as files beside the page, and every file is complete.
     let files: Vec<_> = std::fs::read_dir(&report).unwrap().map(|entry| entry.unwrap().path()).collect();
     let of = |extension: &str| files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).count();
     assert_eq!(between(&page, "src=\"data:", "\"").count(), of("png"));
     assert_eq!(page.matches("<svg").count(), of("svg"));
     assert!(of("png") > 30 && of("svg") > 6);
-    assert_eq!(of("tmp"), 0, "something half-written is left");
+    assert_eq!(of("tmp"), 0, "a half-written file is left");
     commands_make_the_same_pictures(&page, &report);
 
     let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();
@@ -93,14 +93,14 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
         assert_eq!(rows.iter().filter(|row| row["mode"] == mode).count(), 5, "{mode}");
     }
 
-    // What is not there is said, on the page too.
+    // Missing models are reported, on the page too.
     for model in ["sibenik.obj", "dragon.obj"] {
         assert!(said.contains(model) && page.contains(&format!("for want of {model}")), "{model}: {said}");
     }
-    assert!(!page.contains("Dragon, "), "there is no dragon");
+    assert!(!page.contains("Dragon, "), "the page shows a model that is missing");
 }
 
-/// What is said of float32 and the formats is what the measures find, and within what is promised.
+/// What the page says about float32 and the formats must be what the library measures, and within what is promised.
 fn numbers_at_their_extremes(extremes: &Value) {
     let rows = extremes["rows"].as_array().unwrap();
     let number = |value: &Value| value.as_f64().unwrap();
@@ -110,18 +110,19 @@ fn numbers_at_their_extremes(extremes: &Value) {
     };
     for row in rows.iter().filter(|row| row.get("refused").is_none()) {
         let case = row["case"].as_str().unwrap();
-        // Half a step of 8 bits, where ambient occlusion has no more.
+        // An 8-bit ambient occlusion may be off by half a step.
         let limit = if case.contains("R8") { 0.51 / 255.0 } else { 1e-3 };
         assert!(number(&row["arithmetic"]["max"]) <= limit, "{row}");
         let limit = match row["axis"].as_str().unwrap() {
-            // Where the corners of large triangles are placed, and no pixel but of the largest is missing.
+            // The corners of large triangles are rounded. Only the scene with the largest triangles may miss pixels.
             "extent" => 1e-6 + 1e-7 * number(&row["along"]),
             _ if case.starts_with("depth R16F") => 1.1e-3,
             _ => 1e-5,
         };
         assert!(number(&row["depth"]["most"]) < limit, "{row}");
         assert!(row["axis"] != "extent" || case == "1e7" || number(&row["covered"]) == 12288.0, "{row}");
-        // But where R32F's own steps are those of R, or R reaches just past the picture's border.
+        // Few pixels are ambiguous, except where the steps of R32F are as large as R, or where R reaches just past the
+        // border of the picture.
         let along = row["along"].as_f64().unwrap();
         let most = match row["axis"].as_str().unwrap() {
             "distance" if along > 2e5 => 0.15,
@@ -130,7 +131,7 @@ fn numbers_at_their_extremes(extremes: &Value) {
         };
         assert!(number(&row["ambiguous"]) <= (most * number(&row["covered"])).max(2.0), "{row}");
         assert!(number(&row["beside"]) < 0.01 * number(&row["covered"]).max(100.0), "{row}");
-        // Neither planes nor offset nor scale matter.
+        // The near and far planes, the offset and the scale must not matter.
         if ["near-far", "offset", "scale"].iter().any(|axis| row["axis"] == *axis) {
             assert!(number(&row["whole"]["most"]) < 1e-3, "{row}");
         }
@@ -147,7 +148,7 @@ fn numbers_at_their_extremes(extremes: &Value) {
     for gaps in extremes["told_apart"].as_array().unwrap() {
         assert!(["near", "middle", "far"].iter().all(|at| number(&gaps[at]) < 1e-5), "{gaps}");
     }
-    // Fewer bits do occlude a floor, and a bias hides it.
+    // Formats with fewer bits make a floor occlude itself, and an angle bias removes that.
     let floor = |formats: &str, bias: f64| {
         let floors = extremes["floor"].as_array().unwrap();
         let found = floors.iter().find(|row| row["formats"] == formats && row["bias"] == bias);
@@ -159,7 +160,7 @@ fn numbers_at_their_extremes(extremes: &Value) {
         assert!(floor(formats, 0.0) > 5e-4 && floor(formats, bias) == 0.0, "{formats}");
     }
 
-    // One row, measured here.
+    // One row is measured again here.
     let of = |key: &str| {
         let numbers = extremes["view"][key].as_array().unwrap();
         glam::DVec3::new(number(&numbers[0]), number(&numbers[1]), number(&numbers[2]))
@@ -177,12 +178,12 @@ fn numbers_at_their_extremes(extremes: &Value) {
     let row = find("formats", "depth R16F");
     let printed = ["depth", "normals", "arithmetic", "whole", "shown"].map(|key| number(&row[key]["rmse"]));
     let measured = [found.depth, found.normals, found.arithmetic, found.whole, found.shown].map(|spread| spread.rmse);
-    // Text is read back to the last digit but one.
+    // The numbers lose at most the last digit when they are read from text.
     let same = printed.iter().zip(measured).all(|(printed, measured)| (printed / measured - 1.0).abs() < 1e-12);
     assert!(same, "{printed:?} {measured:?}");
 }
 
-/// Captions end with a command: some of them, run.
+/// Captions end with the command that makes the picture. Some of these commands are run here.
 fn commands_make_the_same_pictures(page: &str, report: &Path) {
     let folder = tempfile::tempdir().unwrap();
     let commands: Vec<_> = between(page, "<code>hbao ", "</code>").filter(|c| c.starts_with("render")).collect();
@@ -225,6 +226,6 @@ fn what_cannot_be_written_or_read_is_refused_in_one_line_and_leaves_nothing() {
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments}: {said}");
         assert!(said.lines().last().unwrap_or_default().contains(part), "{arguments}: {said}");
-        assert!(!folder.path().join("report").exists(), "{arguments} leaves a folder");
+        assert!(!folder.path().join("report").exists(), "{arguments}: a folder was left behind");
     }
 }

@@ -1,9 +1,9 @@
-//! What the command line refuses: each in one line, with its exit code, and with nothing written.
+//! Checks what the command line refuses: each case with one line and its exit code, and without writing a file.
 
 use crate::rig::command::{names, notices, of_arguments};
 use std::fs;
 
-/// Models, settings and other files that the cases name.
+/// The models, settings and other files that the cases name.
 const FILES: &[(&str, &[u8])] = &[
     ("good.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
     ("far.obj", b"v 0 0 0\nv 1e5 0 0\nv 0 1e5 0\nf 1 2 3\n"),
@@ -29,12 +29,12 @@ const FILES: &[(&str, &[u8])] = &[
     ("file", b"not a folder"),
 ];
 
-/// Exit codes.
+/// The exit codes of the command.
 const FAILED: i32 = 1;
 const USAGE: i32 = 2;
 
-/// Runs `hbao render` on each case: (exit code, arguments, what the one line must say). An argument list without `-o`
-/// gets one.
+/// Runs `hbao render` on each case: (exit code, arguments, what the one line must contain). If the arguments contain no
+/// `-o`, one is added.
 fn refuses(cases: &[(i32, &str, &str)]) {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in FILES {
@@ -57,7 +57,7 @@ fn refuses(cases: &[(i32, &str, &str)]) {
         assert_eq!(lines.len(), 1, "{arguments}: {stderr}");
         assert!(lines[0].starts_with("hbao: ") && lines[0].contains(part), "{arguments}: no {part:?} in: {stderr}");
         assert!(output.stdout.is_empty(), "{arguments}");
-        assert_eq!(names(folder.path()), before, "{arguments}: nothing may be left");
+        assert_eq!(names(folder.path()), before, "{arguments}: a file was left behind");
     }
 }
 
@@ -108,7 +108,7 @@ fn sizes_and_cameras_out_of_range() {
         (USAGE, "--near 4 --far 3", "--near"),
         (USAGE, "--near 0", "--near"),
         (USAGE, "--far inf", "--far"),
-        // Refused before the scene is looked for.
+        // This is refused before the scene is looked for.
         (USAGE, "missing.obj --near 4 --far 3", "--near"),
     ]);
 }
@@ -204,7 +204,7 @@ fn what_is_not_built_yet_is_refused_as_such_and_junk_as_junk() {
         (USAGE, "--rays 65", "--rays: "),
         (USAGE, "--ssao-rotation spin", "--ssao-rotation: 'spin' is none of matrix, mirror"),
         (USAGE, "--ssao-samples 9", "--ssao-samples: '9' is none of 8, 16, 24"),
-        // A notice does not come before an error.
+        // An error is not preceded by a notice.
         (USAGE, "--edges off --steps 0", "--steps: "),
     ]);
 }

@@ -1,4 +1,4 @@
-//! `hbao trade` measures a sweep and writes what the contract says.
+//! `hbao trade` measures a sweep and writes the files that its documentation promises.
 
 use crate::rig::command::hbao;
 use serde_json::Value;
@@ -31,14 +31,14 @@ fn it_prints_a_table_and_writes_rows_a_table_and_a_plot() {
                 && [&row["directions"], &row["steps"], &row["blur"], &row["msaa"]] == [directions, directions, 9, 1]
                 && row["half_res"] == half
         };
-        assert!(rows.iter().any(|row| is(&row)), "{directions}, half resolution {half}");
+        assert!(rows.iter().any(|row| is(&row)), "no row with {directions} directions, half resolution {half}");
     }
     let number = |row: &Value, name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name}: {row}"));
     for row in rows {
         let [rmse, mae, bias, max, flip] = ["rmse", "mae", "bias", "max", "flip"].map(|name| number(row, name));
         assert!(bias.abs() <= mae + 1e-12 && mae <= rmse + 1e-12 && rmse <= max, "{row}");
         assert!((0.0..=1.0).contains(&flip) && max <= 1.0, "{row}");
-        // Edge pixels are some of the covered ones, and judged by the same measures.
+        // Edge pixels are a part of the covered pixels and are judged by the same measures.
         let edge = ["edge_rmse", "edge_mae", "edge_bias", "edge_max", "edge_flip"].map(|name| number(row, name));
         assert!(edge[2].abs() <= edge[1] + 1e-12 && edge[1] <= edge[0] + 1e-12 && edge[0] <= edge[3], "{row}");
         assert!(edge[3] <= max && (0.0..=1.0).contains(&edge[4]) && edge[0] != rmse, "{row}");
@@ -62,8 +62,8 @@ fn it_prints_a_table_and_writes_rows_a_table_and_a_plot() {
         let squares = of("rmse").iter().map(|rmse| rmse * rmse).sum::<f64>() + number(row, "cross");
         assert!((squares - total("rmse").powi(2)).abs() < 1e-9, "{row}");
         assert!(of("max").iter().all(|&max| max <= 1.0) && of("rmse").iter().sum::<f64>() >= total("rmse"), "{row}");
-        assert_eq!(row["model"], parts[0]["model"], "they converge to the same");
-        // All pixels of so small an image are taken, so that the total is the row's.
+        assert_eq!(row["model"], parts[0]["model"], "all these settings converge to the same result");
+        // So small an image is measured at all of its pixels, so the total equals the error of the row.
         let same = |other: &&Value| {
             ["method", "directions", "steps", "half_res", "blur"].iter().all(|key| other[*key] == row[*key])
         };
@@ -127,7 +127,7 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
         assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
         assert!(stderr.contains(part) && stderr.lines().count() == 1, "{arguments}: {stderr}");
     }
-    // Noise that would be taken for error is said.
+    // A warning is printed if the noise of the truth is so large that it would be taken for an error.
     let output = trade(folder.path(), "--size 8x6 --runs 1 --truth-rays 2 --steps 3");
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(

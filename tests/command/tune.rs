@@ -1,4 +1,4 @@
-//! `hbao tune` finds the settings that a view needs, and what it promises of them is so.
+//! `hbao tune` finds the settings that a view needs, and the error that it states for them must be true.
 
 use crate::rig::command::cached;
 use hbao::context::{Backend, Context};
@@ -13,7 +13,7 @@ use std::path::Path;
 
 const RAYS: &str = "--truth-rays 32";
 
-/// Tunes into t.toml and t.json. It must succeed; returns what it wrote and said.
+/// Tunes into t.toml and t.json, which must succeed. Returns the settings, the report and the messages.
 fn tune(folder: &Path, arguments: &str) -> (Settings, Value, String) {
     let output = cached(folder, &format!("tune {arguments} {RAYS} --runs 1 -o t.toml --json t.json"));
     let stderr = String::from_utf8(output.stderr).unwrap();
@@ -31,11 +31,11 @@ fn rows(report: &Value) -> &[Value] {
 fn best(report: &Value) -> &Value {
     let mut all = rows(report).iter().filter(|row| row["verdict"] == "best");
     let best = all.next().unwrap();
-    assert!(all.next().is_none(), "one wins");
+    assert!(all.next().is_none(), "more than one row is the best");
     best
 }
 
-/// The RMSE of what `render` makes with t.toml, from the files that it and `truth` write.
+/// Returns the RMSE of what `render` makes with t.toml, computed from the files that `render` and `truth` write.
 fn rendered_rmse(folder: &Path, view: &str, truth: &str) -> f64 {
     for arguments in [
         format!("render {view} --settings t.toml -o a.png --dump dumped"),
@@ -66,7 +66,7 @@ fn the_image_of_the_file_written_has_the_rmse_promised() {
         let found = rendered_rmse(folder.path(), view, "");
         assert!((promised - found).abs() < 1e-6, "{view}: {promised} promised, {found} rendered");
         assert!(said.contains(&format!("{promised:.4}")), "{said}");
-        // What the file says beside the settings.
+        // The file also states the error of the settings.
         let table: toml::Table = fs::read_to_string(folder.path().join("t.toml")).unwrap().parse().unwrap();
         assert!((table["render"]["rmse"].as_float().unwrap() - promised).abs() < 1e-12);
         let same = |knob: &str| best(&report)[knob] == KNOBS.iter().find(|k| k.name == knob).unwrap().text(&settings);
@@ -79,7 +79,7 @@ fn the_library_reads_the_file_and_renders_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let (settings, report, _) =
         tune(folder.path(), "cornell-box --size 48x36 --max-error 0.15 --method hbao --steps 4 --jitter none");
-    // Units, since a library does not know how large a scene is.
+    // The radius is in scene units, because the library does not know how large a scene is.
     let radius = settings.radius_units().unwrap();
     assert!(radius > 0.0);
     let found = rendered_rmse(folder.path(), "cornell-box --size 48x36", "");
@@ -109,7 +109,7 @@ fn what_was_given_is_kept_and_the_rest_is_searched() {
     assert!(all.iter().all(|row| row["method"] == "hbao-talk" && row["directions"] == 3 && row["blur"] == 13));
     let differ = |knob: &str| all.iter().any(|row| row[knob] != all[0][knob]);
     assert!(differ("steps") && differ("half_res") && differ("jitter") && differ("depth_format"));
-    // A file with everything leaves one candidate.
+    // A file that sets every knob leaves one candidate.
     fs::copy(folder.path().join("t.toml"), folder.path().join("all.toml")).unwrap();
     let (again, report, _) = tune(folder.path(), "nave --size 32x24 --max-ms 1000 --settings all.toml");
     assert_eq!((again, rows(&report).len()), (settings, 1));
@@ -118,16 +118,16 @@ fn what_was_given_is_kept_and_the_rest_is_searched() {
 #[test]
 fn without_an_edge_pixel_no_blur_goes_around_samples() {
     let folder = tempfile::tempdir().unwrap();
-    // Into a corner: two walls that meet, and no silhouette.
+    // This view looks into a corner where two walls meet and no silhouette is visible.
     let corner = "--size 40x30 --eye 278,273,200 --target 550,273,559 --fov-y 30 --max-error 0.2 --blur 9 --steps 8 --method hbao";
     let (settings, report, said) = tune(folder.path(), corner);
     assert_eq!(report["view"]["edge_pixels"], 0);
-    assert!(report["view"]["samples"].as_u64().unwrap() > 1, "there are samples, and nothing in them");
+    assert!(report["view"]["samples"].as_u64().unwrap() > 1, "pixels should have several samples");
     assert_eq!((settings.edges, settings.msaa), (Edges::Off, 4));
     assert!(said.contains("no pixel is an edge: edges = \"off\""), "{said}");
     assert!(rows(&report).iter().all(|row| row["edges"] == "off"));
     let (settings, ..) = tune(folder.path(), &format!("{corner} --edges supersample"));
-    assert_eq!(settings.edges, Edges::Supersample, "unless asked for");
+    assert_eq!(settings.edges, Edges::Supersample, "a setting that is given is kept");
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn steps_below_a_texel_are_rejected_unrendered() {
     }
     assert!(count.trim_start().starts_with(&format!("{rejected} not rendered: ")), "{count}");
     assert!(most / f64::from(settings.steps + 1) >= 0.999);
-    // All of them, where the radius is below a texel: A = 1 costs nothing.
+    // If the radius is below a texel, all of them are rejected, and A = 1 is chosen because it costs nothing.
     let (settings, report, said) = tune(folder.path(), "cornell-box --size 40x30 --radius 1 --max-error 0.5");
     assert!(said.contains("R covers less than 2 texels") && settings.method == Method::None);
     assert!(rows(&report).iter().all(|row| row["method"] != "hbao" || row["rmse"].is_null()));
@@ -162,7 +162,7 @@ fn a_looser_error_is_reached_with_less_and_every_row_says_what_became_of_it() {
         let (settings, report, said) = tune(folder.path(), &format!("nave --size 48x36 --max-error {limit}"));
         let all = rows(&report);
         let with = |row: &&Value| row["rmse"].is_number();
-        assert!(all.iter().filter(with).count() <= rendered, "{limit}: it renders no more than for a tighter error");
+        assert!(all.iter().filter(with).count() <= rendered, "{limit}: rendered more than for a tighter error");
         rendered = all.iter().filter(with).count();
         for row in all {
             let verdict = row["verdict"].as_str().unwrap();
@@ -180,11 +180,11 @@ fn a_looser_error_is_reached_with_less_and_every_row_says_what_became_of_it() {
         assert_eq!((report["max_error"].as_f64(), report["max_ms"].as_f64()), (Some(limit), None));
         assert!(said.contains(&format!("{} settings considered", all.len())), "{said}");
         assert_eq!(said.lines().filter(|line| line.starts_with("* ")).count(), 1, "{said}");
-        // A 16-bit depth may win; wider formats than the usual are not written where these reach the error.
+        // A 16-bit depth may win. Formats wider than the defaults are not chosen if the defaults reach the error.
         assert!(settings.ao_format == Settings::default().ao_format, "{limit}");
         assert!(settings.normal_format == Settings::default().normal_format, "{limit}");
     }
-    assert!(rendered < 5, "A = 1 answers the loosest");
+    assert!(rendered < 5, "A = 1 reaches the loosest error, so few settings should be rendered");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The same frames on every driver: each held to its twins, and all compared with llvmpipe's by EGL.
+//! Renders the same frames on every driver. Each driver is compared with the twins, and all with llvmpipe through EGL.
 
 use crate::rig::process::WITHOUT_SHADER_CACHE;
 use crate::rig::{self, Frame, Shot, every_switch, scenes, twin};
@@ -12,68 +12,70 @@ use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// Small: softpipe is slow. Odd, so that half resolution is rounded up.
+/// The size is small because softpipe is slow, and odd so that half resolution is rounded up.
 const SIZE: (u32, u32) = (49, 37);
 
-/// Set for the processes that render: where their frames go, and by which backend.
+/// These are set for the processes that render: the file for their frames, and the name of their driver.
 const TO: &str = "HBAO_FRAMES_TO";
 const BY: &str = "HBAO_FRAMES_BY";
 
-/// A driver, as an environment asks for it.
+/// A driver, and the environment that selects it.
 pub(crate) struct Driver {
     pub(crate) name: &'static str,
     backend: Backend,
     environment: &'static [(&'static str, &'static str)],
-    /// What its description must hold, or it is another driver.
+    /// The driver's description must contain this, or it is another driver.
     described: &'static str,
-    /// Whether it may be missing.
+    /// Whether the driver may be missing.
     optional: bool,
-    /// It renders each case whose number is a multiple of this.
+    /// The driver renders each case whose number is a multiple of this.
     every: usize,
     pub(crate) limits: Limits,
 }
 
-/// Of each of [`BUFFERS`], what share of pixels may differ by more than a tolerance.
+/// For each of [`BUFFERS`], a tolerance and the share of pixels that may differ by more.
 pub(crate) type Limits = [(f64, f64); BUFFERS.len()];
 
-/// The same driver: how it was reached, how many threads it has, and how wide its vectors are must not show.
+/// For the same driver. The library it is reached through, the number of its threads and the width of its vectors must
+/// not change the image.
 const SAME: Limits = [(0.0, 0.0); BUFFERS.len()];
 
-/// Another driver with another rasteriser and interpreter, no samples, and normals that fall back to rgba16f. Each
-/// figure is about twice what was measured with Mesa 22.3.6; what was measured stands in brackets.
+/// For another driver with another rasteriser and interpreter, without multisampling, and with normals that fall back
+/// to rgba16f. Each figure is about twice what was measured with Mesa 22.3.6. The measured values are in brackets.
 const SOFTPIPE: Limits = [
-    // Coverage: the rasterisers round vertices and edges differently, so that a pixel whose centre lies on a silhouette
-    // to within a fraction of a pixel may be another's (9 of 43,512 pixels; each matches the rays at 99.5 %).
+    // Coverage: the rasterisers round vertices and edges differently, so a pixel whose centre lies within a fraction of
+    // a pixel of a silhouette may show another surface (9 of 43,512 pixels; for each driver 99.5 % match the rays).
     (0.0, 5e-4),
-    // Depth: the plane's equation is evaluated in another order, to a rounding of float32 (0.21 % over 1e-6). Planes
-    // seen edge-on multiply it, and where triangles meet it may be the other's plane (4.4e-5 at worst).
+    // Depth: the plane's equation is evaluated in another order, which differs by a rounding of float32 (0.21 % over
+    // 1e-6). Planes that are seen edge-on multiply this, and where triangles meet, the plane may be that of the other
+    // (4.4e-5 at worst).
     (1e-6, 5e-3),
-    // Normals: a derivative that is rounded otherwise gives the next code of a half float, 2^-11 below 1. More where
-    // triangles meet, as above (0.004 %).
+    // Normals: a derivative that is rounded differently gives the next code of a half float, 2^-11 below 1. The
+    // difference is larger where triangles meet, as above (0.004 %).
     (1e-3, 1e-4),
-    // Colour, in steps of 8 bits: the rounding, and silhouettes as above (0.023 %, all of them silhouettes).
+    // Colour, in steps of 8 bits: rounding, and silhouettes as above (0.023 %, all of them at silhouettes).
     (1.0, 5e-4),
-    // Edges: both have one sample, and none.
+    // Edges: both have one sample per pixel, and so no edges.
     (0.0, 0.0),
-    // Before the blur: each matches its twin on its own depths and normals to 1e-3, which is held first. So what
-    // differs is their doing: a sample that is just the highest so far in one and just not in the other, or a
-    // silhouette that moved by a pixel within R (0.23 % over 0.01, 0.23 at worst in the talk's method, where one sample
-    // decides a whole direction).
+    // Before the blur: it is checked first that each driver matches its twin on its own depths and normals to 1e-3. So
+    // these differences come from different depths and normals: a sample is just the highest so far on one driver and
+    // just not on the other, or a silhouette within R is one pixel away (0.23 % over 0.01; 0.23 at worst in the talk's
+    // method, where one sample decides a whole direction).
     (0.01, 5e-3),
-    // After it: the same, spread over its neighbours (0.087 % over 0.01).
+    // After the blur: the same differences, spread over neighbours (0.087 % over 0.01).
     (0.01, 2e-3),
 ];
 
-/// llvmpipe's rasteriser behind another compiler: the shaders go through SPIR-V, and come out with other roundings.
+/// For llvmpipe's rasteriser with another compiler. The shaders are translated through SPIR-V and round differently.
 const ZINK: Limits = [
-    // What is rasterised, interpolated and stored is the same to the bit.
+    // Everything that is rasterised, interpolated and stored is the same to the bit.
     (0.0, 0.0),
     (0.0, 0.0),
     (0.0, 0.0),
     (0.0, 0.0),
     (0.0, 0.0),
-    // Ambient occlusion: two roundings of float32 (2e-7), but where an 8-bit target is about to round to the next code
-    // (one of 25,464 texels, by one code).
+    // Ambient occlusion: two roundings of float32 (2e-7), and more where an 8-bit target is about to round to the next
+    // code (one of 25,464 texels, by one code).
     (1e-6, 2e-4),
     (1e-6, 2e-4),
 ];
@@ -87,10 +89,10 @@ const fn driver(
     Driver { name, backend, environment, described, optional: false, every: 1, limits: SAME }
 }
 
-/// LIBGL_ALWAYS_SOFTWARE keeps EGL off a GPU.
+/// LIBGL_ALWAYS_SOFTWARE keeps EGL from using a GPU.
 const SOFTWARE: (&str, &str) = ("LIBGL_ALWAYS_SOFTWARE", "true");
 
-/// Every driver that Mesa has for a machine without a GPU, the first being what the others are compared with.
+/// Every driver that Mesa has for a machine without a GPU. The others are compared with the first.
 pub(crate) const DRIVERS: [Driver; 10] = [
     driver("llvmpipe, EGL", Backend::Egl, "llvmpipe", &[SOFTWARE]),
     Driver { every: 3, ..driver("llvmpipe, OSMesa", Backend::Osmesa, "llvmpipe", &[]) },
@@ -136,17 +138,18 @@ pub(crate) const DRIVERS: [Driver; 10] = [
     },
 ];
 
-/// Extensions that OpenGL 3.3 does without and that a shader or a call might come to lean on.
+/// Extensions that are not part of OpenGL 3.3 and that a shader or a call might come to depend on.
 const HIDDEN: &str = "-GL_KHR_debug -GL_ARB_timer_query -GL_ARB_texture_storage -GL_ARB_direct_state_access \
     -GL_ARB_explicit_uniform_location -GL_ARB_shading_language_420pack -GL_ARB_explicit_attrib_location \
     -GL_ARB_gpu_shader5 -GL_ARB_clear_texture -GL_ARB_copy_image -GL_ARB_stencil_texturing -GL_ARB_texture_gather \
     -GL_ARB_ES3_compatibility -GL_ARB_internalformat_query -GL_ARB_invalidate_subdata -GL_ARB_robustness";
 
-/// What is rendered, by name. The camera's head is to one side, or a tie would be that of a whole row.
+/// The cases that are rendered, by name. The camera is tilted to one side, because otherwise one tie would be a tie of
+/// a whole row.
 fn cases() -> Vec<(String, Shot, Settings)> {
     let mut cases = Vec::new();
     for (i, settings) in every_switch().into_iter().enumerate() {
-        // Half as many pixels a side as these radii were made for.
+        // The radii were chosen for a picture with twice as many pixels along each side.
         let radius = match settings.radius {
             Radius::Units(units) => Radius::Units(2.0 * units),
             Radius::Percent(_) => settings.radius,
@@ -162,15 +165,15 @@ fn cases() -> Vec<(String, Shot, Settings)> {
     cases
 }
 
-/// Images of a frame as numbers.
+/// The images of a frame as numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Buffers {
-    /// The case, and the samples and the format of normals that were given for it.
+    /// The name of the case, and the number of samples and the format of normals that the driver gave for it.
     key: String,
     buffers: Vec<Vec<f32>>,
 }
 
-/// What a pixel has of each, and how many numbers.
+/// The images of a frame, and how many numbers each has per pixel.
 pub(crate) const BUFFERS: [(&str, usize); 7] =
     [("coverage", 1), ("depth", 1), ("normals", 3), ("colour", 3), ("edges", 1), ("raw AO", 1), ("AO", 1)];
 
@@ -194,7 +197,7 @@ fn buffers(name: &str, frame: &Frame, settings: &Settings) -> Buffers {
     }
 }
 
-/// In a process of the driver's own: renders every case, holds it to its twins, and writes it to the file.
+/// Runs in a process of the driver's own. Renders every case, compares it with its twins, and writes it to the file.
 fn render_to(path: &Path, driver: &Driver) {
     let mut file = std::fs::File::create(path).unwrap();
     let context = match Context::open(driver.backend) {
@@ -206,11 +209,11 @@ fn render_to(path: &Path, driver: &Driver) {
         return;
     }
     if driver.environment.iter().any(|&(_, value)| value == HIDDEN) {
-        assert!(!context.gl().supported_extensions().contains("GL_KHR_debug"), "nothing is hidden");
+        assert!(!context.gl().supported_extensions().contains("GL_KHR_debug"), "the extensions are not hidden");
     }
     for (name, shot, settings) in cases().into_iter().step_by(driver.every) {
         let lesser = Settings { msaa: 1, normal_format: NormalFormat::Rgba16f, ..settings.clone() };
-        // What others fall back to is there to be compared with.
+        // The first driver also renders what other drivers fall back to, so that it can be compared.
         let all = if driver.name == DRIVERS[0].name { vec![settings, lesser] } else { vec![settings] };
         for settings in all {
             let frame = rig::render(context.gl(), &shot, SIZE, &settings);
@@ -229,7 +232,7 @@ fn render_to(path: &Path, driver: &Driver) {
     }
 }
 
-/// What a process wrote: how its driver calls itself, and the frames.
+/// Reads what a process wrote: the description of its driver, and the frames.
 fn read(path: &Path) -> (String, Vec<Buffers>) {
     let mut file = BufReader::new(std::fs::File::open(path).unwrap());
     let line = |file: &mut BufReader<_>| {
@@ -253,19 +256,19 @@ fn read(path: &Path) -> (String, Vec<Buffers>) {
     }
 }
 
-/// How far a driver's images of one kind are from the first driver's.
+/// How far a driver's images of one kind are from those of the first driver.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Difference {
-    /// Pixels compared, and those that differ at all.
+    /// The number of pixels that were compared, and of those that differ at all.
     pub(crate) compared: usize,
     pub(crate) differ: usize,
-    /// By how much, the largest last.
+    /// The differences, with the largest last.
     all: Vec<f64>,
     worst: String,
 }
 
 impl Difference {
-    /// The share of pixels that differ by more.
+    /// Returns the share of pixels that differ by more than `tolerance`.
     pub(crate) fn share_over(&self, tolerance: f64) -> f64 {
         self.all.iter().filter(|&&d| d > tolerance).count() as f64 / self.compared.max(1) as f64
     }
@@ -275,8 +278,8 @@ impl Difference {
     }
 }
 
-/// Each of [`BUFFERS`], over all frames. Depth, relative, normals and ambient occlusion are those of pixels that hold a
-/// surface in both; colours are in steps of 8 bits.
+/// Compares each of [`BUFFERS`] over all frames. Relative depth, normals and ambient occlusion are compared at pixels
+/// that show a surface in both. Colours are compared in steps of 8 bits.
 fn differences(got: &[Buffers], expected: &[Buffers]) -> [Difference; BUFFERS.len()] {
     let mut found: [Difference; BUFFERS.len()] = Default::default();
     for got in got {
@@ -285,7 +288,7 @@ fn differences(got: &[Buffers], expected: &[Buffers]) -> [Difference; BUFFERS.le
             let (a, b) = (&got.buffers[k], &expected.buffers[k]);
             assert_eq!(a.len(), b.len(), "{}: {name}", got.key);
             let pixels = a.len() / channels;
-            // Of ambient occlusion at half size, which pixels are covered is not asked.
+            // Ambient occlusion at half size is compared at all pixels, covered or not.
             let both = |i: usize| {
                 pixels != got.buffers[0].len() || (got.buffers[0][i] == 1.0 && expected.buffers[0][i] == 1.0)
             };
@@ -312,11 +315,11 @@ fn differences(got: &[Buffers], expected: &[Buffers]) -> [Difference; BUFFERS.le
     found
 }
 
-/// A driver, and its difference in each of [`BUFFERS`]; none where it is not installed.
+/// A driver, and its difference in each of [`BUFFERS`], or `None` if it is not installed.
 pub(crate) type Compared = (&'static Driver, Option<[Difference; BUFFERS.len()]>);
 
-/// Runs the frames on every driver, each in a process of its own, two at a time, and returns what became of each: none
-/// where the driver is not installed. Called by `test` alone, which is what the processes run.
+/// Renders the frames on every driver, each in a process of its own and two at a time. Returns what was found for each.
+/// Only `test` may call this, because `test` is what the processes run; in such a process this returns `None`.
 pub(crate) fn compared(test: &str) -> Option<Vec<Compared>> {
     if let (Some(to), Ok(by)) = (std::env::var_os(TO), std::env::var(BY)) {
         render_to(Path::new(&to), DRIVERS.iter().find(|driver| driver.name == by).unwrap());
@@ -329,7 +332,8 @@ pub(crate) fn compared(test: &str) -> Option<Vec<Compared>> {
         let mut child = Command::new(std::env::current_exe().unwrap());
         child.args([test, "--nocapture"]).envs(driver.environment.iter().copied());
         child.env(TO, path(i)).env(BY, driver.name);
-        // Every other driver compiles its own shaders: nothing may come from the one that it is compared with.
+        // All drivers but the first compile their own shaders, so that none are taken from the driver that they are
+        // compared with.
         if i > 0 {
             let (name, value) = WITHOUT_SHADER_CACHE;
             child.env(name, value);
@@ -360,7 +364,7 @@ pub(crate) fn compared(test: &str) -> Option<Vec<Compared>> {
 }
 
 impl Driver {
-    /// What differs by more than it may.
+    /// Returns a message for each image that differs by more than it may.
     pub(crate) fn complaints(&self, found: &[Difference; BUFFERS.len()]) -> Vec<String> {
         let mut complaints = Vec::new();
         for (((name, _), (tolerance, share)), d) in BUFFERS.into_iter().zip(self.limits).zip(found) {
@@ -376,7 +380,7 @@ impl Driver {
     }
 }
 
-/// The table of the README, and where each is worst for who asks why.
+/// Returns the table of the README, and below it where each difference is largest.
 pub(crate) fn table(all: &[Compared]) -> String {
     let names = BUFFERS.map(|(name, _)| format!(" {name} |")).concat();
     let mut text = format!("| driver |{names}\n|---|{}\n", "---|".repeat(BUFFERS.len()));
@@ -407,7 +411,7 @@ pub(crate) fn table(all: &[Compared]) -> String {
     text + "\n" + &places
 }
 
-/// A number of two digits.
+/// Formats a number with few digits.
 fn short(x: f64) -> String {
     match x {
         x if x >= 1.0 => format!("{x:.0}"),
@@ -416,7 +420,7 @@ fn short(x: f64) -> String {
     }
 }
 
-/// The comparison of frames made up here, in one of which a texel of each image is off.
+/// Compares made-up frames, in one of which a texel of each image is off.
 pub(crate) fn find_a_planted_difference() {
     let texels = (SIZE.0 * SIZE.1) as usize;
     let made_up = BUFFERS.map(|(_, channels)| vec![1.0; texels * channels]).to_vec();

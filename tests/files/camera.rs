@@ -1,10 +1,10 @@
-//! Cameras: the conventions of eye space, framing, and near and far, up to the extremes.
+//! Tests of cameras, up to extreme ones: the conventions of eye space, framing, and the near and far planes.
 
 use glam::{DVec2, DVec3, dvec3};
 use hbao::Error;
 use hbao::scene::{Camera, Lens, Mesh, Projection, Scene, View};
 
-/// A tetrahedron with these as the corners of its bounding box.
+/// A tetrahedron whose bounding box has these corners.
 fn spanning(low: DVec3, high: DVec3) -> Mesh {
     let points = vec![low, dvec3(high.x, high.y, low.z), dvec3(high.x, low.y, high.z), dvec3(low.x, high.y, high.z)];
     Mesh::new(points, vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]]).unwrap()
@@ -22,7 +22,7 @@ fn box_corners(mesh: &Mesh) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// The camera, which must come with exactly the notices that hold these words, and make sense.
+/// Returns the camera. It must be valid, and its notices must contain exactly these words, one of them each.
 fn camera_with(view: &View, mesh: &Mesh, size: (u32, u32), words: &[&str]) -> Camera {
     let (camera, notices) = view.camera(mesh, size.0, size.1).unwrap();
     assert_eq!(notices.len(), words.len(), "{notices:?}");
@@ -48,7 +48,7 @@ fn looking(eye: DVec3, target: DVec3) -> View {
     View { eye: Some(eye), target: Some(target), ..View::default() }
 }
 
-/// Asserts a usage error of one line that holds each of `words`.
+/// Asserts that a view is refused with a usage error of one line that contains each of `words`.
 fn refused(view: View, words: &[&str]) {
     let error: Error = view.camera(&room(), 640, 480).unwrap_err();
     let message = error.to_string();
@@ -60,12 +60,13 @@ fn refused(view: View, words: &[&str]) {
 
 #[test]
 fn eye_space_is_left_handed_and_not_mirrored() {
-    // From +z towards the origin, as one looks at a page: world x is to the right, y up, the page is ahead.
+    // The camera looks from +z towards the origin, as at a page: world x is to the right, y is up, and the page is
+    // ahead.
     let camera = camera(&looking(dvec3(0.0, 0.0, 10.0), DVec3::ZERO), &room());
     assert_eq!(camera.forward, DVec3::NEG_Z);
     assert_eq!(camera.to_eye(dvec3(1.0, 2.0, 3.0)), dvec3(1.0, 2.0, 7.0));
     assert_eq!(camera.direction_to_eye(dvec3(1.0, 2.0, 3.0)), dvec3(1.0, 2.0, -3.0));
-    // The transformation has determinant -1: right-handed world, left-handed eye space.
+    // The transformation has determinant -1, because the world is right-handed and eye space is left-handed.
     let images = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| camera.direction_to_eye(axis));
     assert_eq!(images[0].cross(images[1]).dot(images[2]), -1.0);
 }
@@ -143,7 +144,7 @@ fn framing_has_the_whole_box_in_the_picture_and_fills_it() {
                 }
             }
         }
-        // Orthographic, the height is given; as high as the diagonal, it shows everything.
+        // An orthographic view has a given height. If it is the length of the diagonal, the view shows everything.
         let view = View { lens: Some(Lens::Height(mesh.diagonal() * 1.01)), ..View::default() };
         let camera = camera(&view, mesh);
         for corner in box_corners(mesh) {
@@ -156,7 +157,7 @@ fn framing_has_the_whole_box_in_the_picture_and_fills_it() {
 
 #[test]
 fn framing_looks_from_the_front_the_right_and_above() {
-    // The direction to the eye, for y up, z up (its front is -y) and z down.
+    // The tuples are up and front: for y up, for z up (whose front is -y) and for z down.
     for (up, front) in [(DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::NEG_Y), (DVec3::NEG_Z, DVec3::Y)] {
         let camera = camera(&View { up: Some(up * 7.0), ..View::default() }, &room());
         let back = -camera.forward;
@@ -216,7 +217,7 @@ fn a_view_of_nothing_is_valid_and_said() {
 fn an_up_along_the_view_is_replaced_and_said() {
     for up in [None, Some(DVec3::Y), Some(dvec3(0.0, -1e-3, 0.0)), Some(dvec3(1e-9, 1.0, 0.0))] {
         let view = View { up, ..looking(dvec3(1.0, 30.0, 1.0), dvec3(1.0, 0.0, 1.0)) };
-        // A plan from above, x to the right.
+        // The view is a plan from above, with x to the right.
         let camera = camera_with(&view, &room(), (64, 48), &["--up is parallel to the direction of view; 0,0,-1"]);
         assert_eq!((camera.right, camera.up), (DVec3::X, DVec3::NEG_Z));
     }
@@ -265,7 +266,7 @@ fn the_cornell_boxs_camera_is_the_published_one() {
     let Some(Lens::FovY(fov)) = scene.view.lens else { panic!() };
     assert!((fov.to_degrees() - 39.3077).abs() < 1e-4);
     assert!(matches!(camera.projection, Projection::Perspective { tan_half_fov_x: x, tan_half_fov_y: y } if x == y));
-    // The red wall, at x = 552.8, is on the left of the picture; the open front just fits.
+    // The red wall, at x = 552.8, is on the left of the picture. The open front just fits into the picture.
     let red = camera.project(camera.to_eye(dvec3(552.8, 273.0, 280.0)));
     assert!(red.x < 0.25, "{red}");
     for corner in [dvec3(0.0, 0.0, 0.0), dvec3(556.0, 548.8, 0.0)] {
@@ -288,7 +289,7 @@ fn flags_win_over_the_scenes_own_camera_one_by_one() {
     assert_eq!(own.or(&View::default()), own);
     let lens = View { lens: Some(Lens::FovY(1.0)), far: Some(9.0), ..View::default() };
     assert_eq!(lens.or(&own), View { lens: Some(Lens::FovY(1.0)), far: Some(9.0), ..own.clone() });
-    // Near and far belong to where the camera stands.
+    // A camera that is moved does not take over near and far, which belong to the old position.
     let moved = View { eye: Some(DVec3::ONE), far: Some(9.0), ..View::default() };
     assert_eq!(moved.or(&own), View { eye: Some(DVec3::ONE), near: None, far: Some(9.0), ..own });
 }

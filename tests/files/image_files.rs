@@ -1,4 +1,5 @@
-//! What is written to disk can be read by others, says what made it, and is there whole or not at all.
+//! Files that are written to disk can be read by other programs, say what made them, and are written completely or not
+//! at all.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a folder to write to")
 }
 
-/// The names in a folder.
+/// Returns the sorted names of the entries of a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("the folder is there");
     let mut names: Vec<String> =
@@ -27,7 +28,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     outputs.commit()
 }
 
-/// The message of an error that must concern writing, or reading, and be one line.
+/// Returns the message of an error, which must be about writing or reading and must be one line.
 fn message<T>(result: Result<T, Error>) -> String {
     let error = result.err().expect("this must not succeed");
     assert!(matches!(error, Error::Output { .. } | Error::Input { .. }), "{error:?}");
@@ -36,7 +37,7 @@ fn message<T>(result: Result<T, Error>) -> String {
     message
 }
 
-/// An image whose every value differs from its neighbours', and from those of the image upside down.
+/// An image in which every value differs from its neighbours, and from those of the image upside down.
 fn ramp() -> Image<u8> {
     Image::from_fn(5, 3, |x, y| (10 * x + 100 * y) as u8)
 }
@@ -45,8 +46,8 @@ fn rgb_ramp() -> Image<[u8; 3]> {
     Image::from_fn(3, 4, |x, y| [x as u8, y as u8, 200 + (x + 3 * y) as u8])
 }
 
-/// Values that a conversion or a lossy codec would change: the infinite background, zeros of both signs, the smallest
-/// and largest numbers, thirds.
+/// Values that a conversion or a lossy codec would change: infinity as on background, zeros of both signs, the smallest
+/// and the largest numbers, and thirds.
 fn awkward_floats() -> Image<f32> {
     let values = [f32::INFINITY, -0.0, 0.0, f32::MIN_POSITIVE, 1e-45, f32::MAX, -f32::MAX, 1.0 / 3.0, -1e17];
     Image::from_fn(37, 50, |x, y| values[(x + 5 * y) % values.len()])
@@ -156,7 +157,8 @@ mod images {
         for (file, is_png) in [(png, true), (exr, false)] {
             let read = |bytes: &[u8]| {
                 place(bytes);
-                // The text comes first and does not need the pixels: reading it is asked not to panic, no more.
+                // The text comes first and does not need the pixels. It is only required that reading it does not
+                // panic.
                 if is_png {
                     drop(png::read_text(&path));
                     png::read::<u8>(&path).map(drop)
@@ -166,7 +168,7 @@ mod images {
                 }
             };
             read(&file).unwrap();
-            // A PNG ends in 12 bytes (IEND) without which its pixels are whole.
+            // A PNG ends with 12 bytes (IEND). Without them its pixels are still complete.
             let needed = if is_png { file.len() - 12 } else { file.len() };
             for length in 0..needed {
                 assert!(read(&file[..length]).is_err(), "{length} bytes of {} were taken for an image", file.len());
@@ -175,7 +177,7 @@ mod images {
                 for damage in [0x01, 0x80, 0xff] {
                     let mut file = file.clone();
                     file[place] ^= damage;
-                    drop(read(&file)); // not all damage shows, but none may panic
+                    drop(read(&file)); // not all damage is detected, but none may cause a panic
                 }
             }
         }
@@ -186,7 +188,7 @@ mod images {
     fn a_header_that_claims_too_much_is_refused_before_memory_is_set_aside() {
         let folder = folder();
         let path = folder.path().join("claims");
-        // An EXR's header says its size in `dataWindow`: name, type and length, then left, top, right and bottom.
+        // The header of an EXR has its size in `dataWindow`: name, type and length, then left, top, right and bottom.
         let mut bytes = exr::encode(&Image::filled(4, 4, 1f32), &[]).unwrap();
         let field = b"dataWindow\0box2i\0\x10\0\0\0";
         let place = bytes.windows(field.len()).position(|window| window == field).unwrap() + field.len();
@@ -194,7 +196,7 @@ mod images {
         fs::write(&path, &bytes).unwrap();
         assert!(message(exr::read::<f32>(&path)).contains("claims 1600000016 bytes"));
 
-        // A PNG's header carries a checksum, so it is cut from a file made by the crate that writes it.
+        // The header of a PNG has a checksum, so it is written by the crate that writes PNG files.
         let mut bytes = Vec::new();
         drop(::png::Encoder::new(&mut bytes, 1 << 30, 1 << 30).write_header());
         fs::write(&path, &bytes).unwrap();
@@ -299,7 +301,8 @@ mod unix_files {
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
     use std::process::Command;
 
-    /// Compared with a file that this process makes itself, since the umask belongs to whoever runs the tests.
+    /// The mode is compared with that of a file which this process makes itself, because the umask depends on who runs
+    /// the tests.
     #[test]
     fn permissions_follow_the_umask() {
         let folder = folder();
@@ -315,7 +318,7 @@ mod unix_files {
         let folder = folder();
         let set = |mode| fs::set_permissions(folder.path(), fs::Permissions::from_mode(mode)).unwrap();
         set(0o555);
-        // Permissions do not bind root, who may write here nonetheless; the next test holds for root too.
+        // Permissions do not bind root, who may write here nonetheless. The next test holds for root too.
         let bound = fs::write(folder.path().join("probe"), "").is_err();
         let result = write(&folder.path().join("x.png"), b"");
         set(0o755);
@@ -388,7 +391,8 @@ mod unix_files {
         assert!(fs::symlink_metadata(&fifo).unwrap().file_type().is_fifo());
     }
 
-    /// What a shell's `>> log` opened must get the bytes, rather than be replaced under the shell's feet.
+    /// A log that a shell has opened with `>> log` must receive the bytes. It must not be replaced while the shell has
+    /// it open.
     #[cfg(target_os = "linux")]
     #[test]
     fn an_open_descriptor_is_appended_to() {
@@ -409,7 +413,7 @@ fn more_than_16_mib_of_text_in_a_png_is_refused_however_it_is_stored() {
     let path = folder.path().join("text.png");
     let image = Image::from_fn(1, 1, |_, _| 0u8);
     let half = |c: char| c.to_string().repeat((8 << 20) / c.len_utf8());
-    // tEXt holds what is ASCII, iTXt the rest; neither is compressed.
+    // tEXt contains ASCII text, and iTXt any other. Neither is compressed.
     for (a, b) in [('a', 'a'), ('\u{e9}', '\u{e9}'), ('a', '\u{e9}')] {
         for (more, fits) in [("", true), ("\u{e9}", false)] {
             let (a, b) = (half(a), half(b) + more);

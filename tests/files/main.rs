@@ -1,4 +1,4 @@
-//! What is read and written, and what follows from it without OpenGL: models, cameras, image files and settings files.
+//! Tests of what needs no OpenGL: reading and writing models, cameras, image files and settings files.
 
 mod camera;
 mod image_files;

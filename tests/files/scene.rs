@@ -1,4 +1,4 @@
-//! Models: what a file says is what is loaded, and whatever a file holds is answered in one line.
+//! Tests of models: a file is loaded as it is written, and every bad file is refused with one line.
 
 use glam::DVec3;
 use hbao::Error;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// Loads `obj` from a folder of its own that also holds `files`.
+/// Loads `obj` from a folder of its own that also contains `files`.
 fn load_beside(obj: impl AsRef<[u8]>, files: &[(&str, &str)]) -> Result<Mesh, Error> {
     let folder = TempDir::new().unwrap();
     for (name, text) in files {
@@ -28,9 +28,9 @@ fn load(obj: impl AsRef<[u8]>) -> Mesh {
     load_beside(obj, &[]).unwrap()
 }
 
-/// Asserts that loading failed with one line that holds each of `words`.
+/// Asserts that loading has failed with one line that contains each of `words`.
 fn refused<T>(result: Result<T, Error>, words: &[&str]) {
-    let Err(error) = result else { panic!("accepted what must be refused: {words:?}") };
+    let Err(error) = result else { panic!("accepted, but it must be refused for: {words:?}") };
     let message = error.to_string();
     assert_eq!(message.lines().count(), 1, "{message}");
     assert!(message.len() < 400, "{message}");
@@ -43,7 +43,7 @@ fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> [DVec3; 3] {
     triangle.map(|i| mesh.positions[i as usize])
 }
 
-/// The sum of the triangles' areas, as vectors: zero where windings cancel.
+/// The sum of the triangles' areas as vectors, which is zero if windings cancel.
 fn area_vector(mesh: &Mesh) -> DVec3 {
     mesh.triangles.iter().map(|t| corners(mesh, t)).map(|[a, b, c]| (b - a).cross(c - a) / 2.0).sum()
 }
@@ -83,7 +83,7 @@ fn each_bad_index_is_named_with_its_line() {
     for bad in ["99999999999999999999", "1.5", "a", "//", "/1/", "1/1/1/1", "1,2"] {
         refused(load_beside(format!("{TRIANGLE}f 1 2 {bad}\n"), &[]), &["line 5", bad]);
     }
-    // Forward references too: the count is of the lines before.
+    // Forward references are refused too, because only the lines before a face are counted.
     refused(load_beside("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", &[]), &["line 1", "0 v lines"]);
 }
 
@@ -167,9 +167,10 @@ fn positions_keep_float64() {
 
 #[test]
 fn concave_faces_keep_their_area_and_winding() {
-    // Outlines with their areas. A fan from the first corner covers more than the outline, or outside it.
+    // These are outlines with their areas. A fan from the first corner would cover more than the outline, or area
+    // outside it.
     let outlines: [(&[[f64; 2]], f64); 5] = [
-        (&[[0., 0.], [4., 0.], [1., 1.], [0., 4.]], 4.0), // an arrowhead, its notch at each corner in turn
+        (&[[0., 0.], [4., 0.], [1., 1.], [0., 4.]], 4.0), // an arrowhead, which starts at each corner in turn below
         (&[[0., 0.], [4., 0.], [4., 4.], [2., 1.], [0., 4.]], 10.0),
         (&[[0., 0.], [3., 0.], [3., 1.], [1., 1.], [1., 2.], [3., 2.], [3., 3.], [0., 3.]], 7.0),
         (&[[0., 0.], [2., 0.], [3., 1.], [2., 2.], [0., 2.], [1., 1.]], 4.0),
@@ -250,7 +251,8 @@ fn faces_that_cross_themselves_and_faces_of_many_corners_do_not_panic() {
             load(&text);
         }
     }
-    // Around five points, each time a little beside them: no two corners are the same, and ears take minutes.
+    // The corners go around five points, each time slightly beside them, so no two corners are equal. Clipping ears
+    // would take minutes here.
     let beside =
         |i: usize| format!("v {} {:e} 0\n", [0, 4, 4, 2, 0][i % 5], [0., 0., 4., 1., 4.][i % 5] + i as f64 * 1e-13);
     let points: String = (0..65_536).map(beside).collect();
@@ -262,7 +264,8 @@ fn faces_that_cross_themselves_and_faces_of_many_corners_do_not_panic() {
 
 #[test]
 fn vertex_normals_come_from_the_file_or_from_the_triangles() {
-    // Two triangles at a right angle, the second twice as large, on an edge that each has its own vertices for.
+    // Two triangles meet at a right angle, and the second is twice as large. Each has its own vertices on the common
+    // edge.
     let bent = "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 0 0\nv 0 0 1\nv 0 2 0\nf 1 2 3\nf 5 4 6\n";
     let normals = load(bent).vertex_normals();
     assert_eq!(normals.len(), 6);
@@ -272,7 +275,8 @@ fn vertex_normals_come_from_the_file_or_from_the_triangles() {
     }
     assert_eq!((normals[2], normals[5]), (DVec3::Y, DVec3::X));
 
-    // From the file: normalised whatever the length, one vertex per pair; where a corner has none, from the triangles.
+    // These normals are from the file. They are normalised whatever their length, and each pair of position and normal
+    // gives one vertex. A corner without a normal has that of its triangles.
     let given = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1e300 0 0\nvn 0 -1e-320 0\nvn 0 0 0\nf 1//1 2//2 3\nf 1//2 2//2 3//3\n";
     let mesh = load(given);
     let found: Vec<_> = mesh.positions.iter().copied().zip(mesh.vertex_normals()).collect();
@@ -300,11 +304,11 @@ fn a_mesh_cut_finer_is_the_same_surface() {
     for (i, triangle) in coarse.triangles.iter().enumerate() {
         let whole = cross(&coarse, triangle);
         for part in &fine.triangles[4 * i..4 * i + 4] {
-            // A quarter of it each, wound as it is.
+            // Each part has a quarter of the triangle's area and the same winding.
             assert!((4.0 * cross(&fine, part) - whole).length() <= 1e-9 * whole.length());
         }
     }
-    // Two triangles on one side: 4 corners and 5 sides.
+    // Two triangles share a side, so there are 4 corners and 5 sides.
     let square = load("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 2\nf 1//1 2//1 3//1 4//1\n").subdivided();
     assert_eq!((square.positions.len(), square.triangles.len()), (9, 8));
     assert!(square.vertex_normals().iter().all(|&n| n == DVec3::Z));
@@ -388,7 +392,7 @@ fn material_files_stay_inside_the_models_folder() {
         fs::write(inside.join("m.mtl"), MTL).unwrap();
         std::os::unix::fs::symlink("m.mtl", inside.join("alias.mtl")).unwrap();
         assert!(load("alias.mtl").is_ok());
-        // A folder of links to a model and its material, as some package stores make.
+        // Some package stores make a folder of links to a model and its material.
         let links = folder.path().join("links");
         fs::create_dir(&links).unwrap();
         fs::write(&model, format!("mtllib m.mtl\n{TRIANGLE}")).unwrap();
@@ -434,10 +438,10 @@ fn damaged_files_load_or_are_refused_in_one_line() {
             }
         }
     }
-    assert!(loaded > 100 && not > 100, "{loaded} loaded, {not} not: too little or too much damage");
+    assert!(loaded > 100 && not > 100, "{loaded} loaded, {not} refused: too little or too much damage");
 }
 
-/// A fixed sequence of numbers below the one asked for.
+/// Returns a function that gives a fixed sequence of numbers, each below its argument.
 fn randomness() -> impl FnMut(u64) -> u64 {
     let mut state = 1_u64;
     move |below| {
@@ -471,8 +475,8 @@ fn the_cornell_box_has_the_published_measurements() {
     assert_eq!(mesh.triangles.len(), 38);
     assert_eq!(scene.radius, Some(150.0));
 
-    // The sides of the blocks, which the publication gives by their corners only, are squares and boxes to a
-    // millimetre: about 165 x 165 x 165 and 165 x 330 x 165, turned by about 18 and 17 degrees.
+    // The publication gives the blocks only by their corners. To within two millimetres these make squares and boxes:
+    // about 165 x 165 x 165 and 165 x 330 x 165, turned by about 18 and 17 degrees.
     let top = |height: f64| {
         let mut found: Vec<DVec3> = mesh.positions.iter().copied().filter(|p| p.y == height).collect();
         found.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -486,13 +490,13 @@ fn the_cornell_box_has_the_published_measurements() {
             let side = corners[a].distance(corners[b]);
             assert!((side - 166.0).abs() < 2.0, "{side} at {height}");
         }
-        // Each stands on the floor.
+        // Each block stands on the floor.
         for corner in corners {
             assert!(mesh.positions.contains(&corner.with_y(0.0)));
         }
     }
 
-    // Every face looks into the room, or out of its block: away from the block's axis.
+    // Every face of the room faces its inside, and every face of a block faces away from the block's axis.
     let (room, short, tall) =
         (DVec3::new(278.0, 274.0, 280.0), DVec3::new(186.0, 82.5, 169.0), DVec3::new(368.5, 165.0, 351.5));
     let mut areas: HashMap<&str, f64> = HashMap::new();
@@ -512,21 +516,21 @@ fn the_cornell_box_has_the_published_measurements() {
         assert!(if away_from == room { outward < 0.0 } else { outward > 0.0 }, "{part}: {a} {b} {c}");
         *areas.entry(part).or_default() += normal.length() / 2.0;
     }
-    // The light fills its opening: together they are the whole ceiling, once.
+    // The light fills its opening, so together they cover the whole ceiling exactly once.
     assert!((areas["ceiling"] - 556.0 * 559.2).abs() < 1e-6);
     for (part, height) in [("short", 165.0), ("tall", 330.0)] {
         let expected = 166.0 * 166.0 + 4.0 * 166.0 * height;
         assert!((areas[part] / expected - 1.0).abs() < 0.01, "{part}: {}", areas[part]);
     }
-    // White, red on the left of the picture, green on the right, the light.
+    // The colours are white, red on the left of the picture, green on the right, and the light.
     assert_eq!(colours(mesh), [[0.73; 3], [0.63, 0.065, 0.05], [0.14, 0.45, 0.091], [0.78; 3]]);
     let x_of = |group: usize| mesh.triangles[mesh.groups[group].triangles.start].map(|i| mesh.positions[i as usize].x);
     assert!(x_of(1).iter().all(|x| *x > 549.0) && x_of(2).iter().all(|x| *x == 0.0));
-    // What is shipped is what is built in.
+    // The shipped file must equal the built-in scene.
     assert_eq!(&Mesh::load_obj(&shipped("cornell_box.obj")).unwrap(), mesh);
 }
 
-/// The nave, the camera for a picture of it, and the direction through the middle of each of its pixels.
+/// Returns the nave, the camera for a picture of it, and the direction through the middle of each pixel.
 fn nave(width: u32, height: u32) -> (Mesh, Camera, Vec<DVec3>) {
     let Scene { mesh, view, .. } = Scene::open("nave").unwrap();
     let (camera, notices) = view.camera(&mesh, width, height).unwrap();
@@ -540,7 +544,7 @@ fn nave(width: u32, height: u32) -> (Mesh, Camera, Vec<DVec3>) {
     (mesh, camera, directions)
 }
 
-/// Every hit along a ray, nearest first.
+/// Returns every hit along a ray, with the nearest first.
 fn hits(tracer: &Tracer, origin: DVec3, direction: DVec3, end: f64) -> Vec<hbao::reference::trace::Hit> {
     let mut start = 0.0;
     std::iter::from_fn(|| {
@@ -562,7 +566,7 @@ fn the_nave_is_as_large_as_said_and_the_same_everywhere() {
     let (low, high) = mesh.bounds();
     assert!((high - low - DVec3::new(38.62, 14.35, 17.0)).abs().max_element() < 1e-9, "{low} {high}");
     assert_eq!(mesh, &Scene::open("nave").unwrap().mesh);
-    // FNV-1a of every bit: on another platform too this must be what it is here.
+    // This is the FNV-1a hash of every bit. It must be the same on every platform.
     let coordinates = mesh.positions.iter().flat_map(|p| p.to_array()).map(f64::to_bits);
     let words = coordinates.chain(mesh.triangles.iter().flatten().map(|&i| u64::from(i)));
     let hash = words
@@ -580,7 +584,7 @@ fn the_nave_has_no_sliver_and_no_two_faces_in_one_place() {
         let doubled_area = (b - a).cross(c - a);
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
         assert!(doubled_area.length() / longest > 1e-3, "triangle {i} is a sliver: {a} {b} {c}");
-        // Through points of it, a millimetre to either side.
+        // Rays pass through points of the triangle, from a millimetre on one side to a millimetre on the other.
         let n = doubled_area.normalize();
         for [u, v, w] in [[1.0, 1.0, 1.0], [8.0, 1.0, 1.0], [1.0, 8.0, 1.0], [1.0, 1.0, 8.0]] {
             let point = (u * a + v * b + w * c) / (u + v + w);
@@ -600,12 +604,12 @@ fn the_nave_is_closed() {
     for &direction in &directions {
         assert!(tracer.nearest(camera.eye, direction, camera.near..=camera.far).is_some(), "open to {direction}");
     }
-    // Nor is there a gap for who walks about: in the nave, high and low, an aisle, the choir and the apse.
+    // There is no gap from other places either: in the nave high and low, in an aisle, the choir and the apse.
     for eye in
         [[-10.0, 1.0, 0.3], [-3.0, 12.0, 1.0], [6.2, 5.0, 6.0], [-19.0, 2.0, -6.0], [10.0, 8.0, -1.0], [15.0, 5.0, 0.7]]
     {
         for i in 0..20_000 {
-            // Evenly over the sphere, by the golden angle.
+            // The directions are distributed evenly over the sphere by the golden angle.
             let (y, turn) = (1.0 - (f64::from(i) + 0.5) / 10_000.0, f64::from(i) * 2.399963229728653);
             let across = (1.0 - y * y).sqrt();
             let direction = DVec3::new(across * turn.cos(), y, across * turn.sin());
@@ -616,7 +620,7 @@ fn the_nave_is_closed() {
 
 #[test]
 fn the_nave_is_as_deep_as_sibenik() {
-    // Sibenik's own figure is 3.04, as the nave's module says; a quarter to either side is alike.
+    // Sibenik itself has 3.04, as the nave's module says. Up to a quarter more or less counts as similar.
     let (mesh, camera, directions) = nave(160, 120);
     let tracer = Tracer::new(&mesh);
     let met: usize = directions.iter().map(|&r| hits(&tracer, camera.eye, r, camera.far).len()).sum();

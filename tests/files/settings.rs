@@ -1,4 +1,4 @@
-//! Every knob: its range, and its way through a settings file.
+//! Tests the range of every knob, and that its value survives a settings file.
 
 use hbao::settings::{Attenuation, KNOBS, Method, Radius, Settings, Snap};
 

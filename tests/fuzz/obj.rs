@@ -1,9 +1,9 @@
-//! OBJ files.
+//! Fuzzes the reader of OBJ files.
 
 #![no_main]
 
 #[path = "../hostile/promises.rs"]
-#[allow(dead_code)] // each target holds one of them
+#[allow(dead_code)] // each fuzz target uses only some of the functions
 mod promises;
 
 libfuzzer_sys::fuzz_target!(|obj: &[u8]| {

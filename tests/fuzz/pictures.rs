@@ -1,15 +1,15 @@
-//! PNG and EXR files, from which settings are read.
+//! Fuzzes the readers of PNG and EXR files, from which settings are read.
 
 #![no_main]
 
 #[path = "../hostile/promises.rs"]
-#[allow(dead_code)] // each target holds one of them
+#[allow(dead_code)] // each fuzz target uses only some of the functions
 mod promises;
 
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-/// In memory where there is such a place.
+/// The file is in memory if the system has a folder for that.
 static FILE: LazyLock<PathBuf> = LazyLock::new(|| {
     let memory = PathBuf::from("/dev/shm");
     let folder = if memory.is_dir() { memory } else { std::env::temp_dir() };

@@ -1,4 +1,5 @@
-//! What must hold of whatever a file holds: by the tests on the corpus and its mutations, and by the fuzzer.
+//! The promises that hold for any content of a file. The tests check them on the corpus and its mutations, and so does
+//! the fuzzer.
 
 use hbao::image::{exr, png};
 use hbao::scene::Mesh;
@@ -6,15 +7,16 @@ use hbao::settings::{KNOBS, Settings};
 use std::io::BufReader;
 use std::path::Path;
 
-/// A model, and what every `mtllib` in it names: a mesh that holds together, or one line. True where it is a mesh.
+/// Reads a model, with `mtl` as the content of every `mtllib` that the model names. The result must be a consistent
+/// mesh or a one-line error. Returns true if it is a mesh.
 pub(crate) fn model(obj: &[u8], mtl: &[u8]) -> bool {
     let path = Path::new("model.obj");
     let result = Mesh::read_obj(obj, path, |_| Ok(mtl));
-    // As a slow pipe gives it.
+    // This reads the same bytes in small pieces, as from a slow pipe.
     let in_pieces = Mesh::read_obj(BufReader::with_capacity(7, obj), path, |_| Ok(BufReader::with_capacity(3, mtl)));
     match (result, in_pieces) {
         (Ok(mesh), Ok(same)) => {
-            assert_eq!(mesh, same, "another mesh where it comes in pieces");
+            assert_eq!(mesh, same, "reading in pieces gives another mesh");
             holds_together(&mesh);
             true
         }
@@ -26,10 +28,10 @@ pub(crate) fn model(obj: &[u8], mtl: &[u8]) -> bool {
             let lines = obj.iter().chain(mtl).filter(|&&byte| byte == b'\n').count() + 2;
             let line = message.split_once(": line ").map(|(_, rest)| rest.split(':').next().unwrap().parse().unwrap());
             let whole = message.starts_with("model.obj: holds no faces");
-            assert!(whole || line.is_some_and(|line: usize| (1..=lines).contains(&line)), "no line: {message}");
+            assert!(whole || line.is_some_and(|line: usize| (1..=lines).contains(&line)), "no valid line: {message}");
             false
         }
-        (result, in_pieces) => panic!("{result:?}, and in pieces {in_pieces:?}"),
+        (result, in_pieces) => panic!("{result:?}, but read in pieces {in_pieces:?}"),
     }
 }
 
@@ -50,8 +52,8 @@ fn holds_together(mesh: &Mesh) {
     assert!(normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-12), "{normals:?}");
 }
 
-/// A settings file's text: settings in range that a file keeps to the bit, or one line and nothing changed. True where
-/// it is settings.
+/// Reads the text of a settings file. The result must be settings that are in range and survive a settings file to the
+/// bit, or a one-line error that leaves the settings unchanged. Returns true if it is settings.
 pub(crate) fn settings(text: &str) -> bool {
     let mut read = Settings::default();
     match read.read_toml(text) {
@@ -67,20 +69,21 @@ pub(crate) fn settings(text: &str) -> bool {
             one_line(&message);
             let named = KNOBS.iter().any(|knob| message.starts_with(&format!("{}: ", knob.name)));
             let placed = message.starts_with("line ") || message.starts_with("unknown setting ");
-            assert!(named || placed, "neither line nor setting: {message}");
-            assert_eq!(read, Settings::default(), "half read: {message}");
+            assert!(named || placed, "the message names neither a line nor a setting: {message}");
+            assert_eq!(read, Settings::default(), "the settings changed in spite of the error: {message}");
             false
         }
     }
 }
 
-/// A message that fits on a terminal and does nothing to it.
+/// Checks that a message is short and contains no control characters.
 pub(crate) fn one_line(message: &str) {
     assert!(!message.is_empty() && !message.chars().any(char::is_control), "{message:?}");
     assert!(message.len() < 1000, "{} bytes: {message}", message.len());
 }
 
-/// A PNG or EXR file, or none: its text and its pixels are read or refused in one line. True where there is text.
+/// Reads a file that may be a PNG, an EXR or neither. Its text and its pixels must each be read, or be refused with a
+/// one-line error. Returns true if there is text.
 pub(crate) fn picture(path: &Path) -> bool {
     let texts = [png::read_text(path), exr::read_text(path)];
     let read = texts.iter().flatten().any(|text| !text.is_empty());

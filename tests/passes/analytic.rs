@@ -1,5 +1,5 @@
-//! Closed forms, worked out by hand from the chapter's equations: they share no code with the shader or its twin, and
-//! both must meet them.
+//! Tests against closed forms, which were derived by hand from the chapter's equations. They share no code with the
+//! shader or its twin, and both must meet them.
 
 use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, columns, orthographic, perspective, plane, read_red};
@@ -12,11 +12,11 @@ use hbao::scene::{Mesh, View};
 use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, NormalFormat, Radius, Snap};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget};
 
-/// What single precision leaves of a closed form.
+/// The error that single precision leaves in a closed form.
 const FLOAT: f64 = 2e-5;
 
-/// Unit normals of planes that face the eye on the picture's axis, and of some that only its border sees: past 90
-/// degrees n.z is positive, as on walls beside the camera.
+/// Unit normals of planes that face the eye on the picture's axis, and of some that only the picture's border sees. For
+/// these, tilted by more than 90 degrees, n.z is positive, as on walls beside the camera.
 fn tilts() -> impl Iterator<Item = DVec3> {
     [0.0, 20.0, 45.0, 70.0, 80.0, 95.0, 110.0f64].into_iter().flat_map(|tilt| {
         [0.0, 37.0, 90.0, 211.0, 300.0f64].into_iter().take(if tilt == 0.0 { 1 } else { 5 }).map(move |turn| {
@@ -40,7 +40,7 @@ fn every_plane_is_open() {
             views.push(plane(orthographic(0.1, SIZE), SIZE, n, 5.0 * n.z));
         }
     }
-    // Some show nothing in a narrow view; enough are seen with n.z > 0.
+    // Some planes are not visible in a narrow view. Enough are visible that have n.z > 0.
     views.retain(|view| view.covered().texels.contains(&true));
     assert!(views.iter().filter(|view| view.normals.at(0, 0)[2] > 0.0).count() >= 10);
     for snap in [Snap::Step, Snap::Sample] {
@@ -73,12 +73,12 @@ fn a_plane_is_not_open_when_grounded_by_direction_and_snapped_by_sample() {
     }
 }
 
-/// R = 8 and 3 steps, so samples at 2, 4 and 6 texels; 4 directions: right, up, left, down.
+/// With R = 8 and 3 steps, samples are at 2, 4 and 6 texels. The 4 directions are right, up, left and down.
 fn right_angles() -> Settings {
     Settings { directions: 4, steps: 3, jitter: Jitter::None, blur: 0, ..rig::float_settings(8.0) }
 }
 
-/// Holds both to visibility as a function of a texel's column.
+/// Compares the shader and the twin with a visibility that depends only on a texel's column.
 #[track_caller]
 fn hold_columns(view: &ByHand, settings: &Settings, skip: &[usize], expected: impl Fn(usize) -> f64) {
     let context = Context::open(Backend::Egl).unwrap();
@@ -89,8 +89,8 @@ fn hold_columns(view: &ByHand, settings: &Settings, skip: &[usize], expected: im
     }
 }
 
-/// Over a floor that faces the eye t = 0, so that a column h high and m texels away occludes by sin phi times W, with
-/// sin phi = h / sqrt(m^2 + h^2) (Eq. 6.2.6) and W = 1 - (m^2 + h^2) / R^2; it is met in one of four directions.
+/// On a floor that faces the eye, t = 0, so a column of height h at m texels occludes by sin phi times W, with sin phi
+/// = h / sqrt(m^2 + h^2) (Eq. 6.2.6) and W = 1 - (m^2 + h^2) / R^2. It is met in one of four directions.
 #[test]
 fn a_wall_on_a_floor_occludes_by_its_sine_times_its_weight() {
     const H: f64 = 3.0;
@@ -119,7 +119,7 @@ fn linear_attenuation_is_one_less_the_distance_and_none_is_one() {
     }
 }
 
-/// At 6 texels a wall 6 high is sqrt(72) > 8 away, at 4 it is sqrt(52).
+/// A wall of height 6 is sqrt(72) > 8 away at 6 texels, and sqrt(52) at 4 texels.
 #[test]
 fn a_sample_beyond_the_radius_is_ignored() {
     let settings = Settings { attenuation: Attenuation::None, ..right_angles() };
@@ -130,16 +130,16 @@ fn a_sample_beyond_the_radius_is_ignored() {
 }
 
 /// Eq. 6.2.9 with two occluders: W_1 (s_1 - t) + W_2 [(s_2 - t) - (s_1 - t)]. The floor falls away to the right by 1/2
-/// a texel, so t = -1/2 / sqrt(5/4) to the right.
+/// per texel, so t = -1/2 / sqrt(5/4) to the right.
 #[test]
 fn a_second_occluder_adds_what_it_rises_above_the_first() {
     const RISE: f64 = 0.5;
     let (low, high) = (1.5, 6.0);
-    // R = 16 and 3 steps: samples at 4, 8 and 12 texels.
+    // With R = 16 and 3 steps, samples are at 4, 8 and 12 texels.
     let view = columns(RISE, &[(20, low), (24, high)]);
     let settings = Settings { radius: Radius::Units(16.0), ..right_angles() };
     let t = -RISE / (1.0 + RISE * RISE).sqrt();
-    // (sine, W) of a column m texels to the right.
+    // Returns (sine, W) of a column m texels to the right.
     let met = |m: f64, h: f64| {
         let (away, squared) = (RISE * m - h, m * m + (RISE * m - h).powi(2));
         (-away / squared.sqrt(), 1.0 - squared / 256.0)
@@ -151,7 +151,7 @@ fn a_second_occluder_adds_what_it_rises_above_the_first() {
                 assert!(s1 > t && s2 > s1);
                 w1 * (s1 - t) + w2 * ((s2 - t) - (s1 - t))
             }
-            // Both are met, at 8 and 12.
+            // Both columns are met, at 8 and 12 texels.
             12 => {
                 let ((s1, w1), (s2, w2)) = (met(8.0, low), met(12.0, high));
                 assert!(s2 > s1);
@@ -165,7 +165,7 @@ fn a_second_occluder_adds_what_it_rises_above_the_first() {
         };
         1.0 - occlusion / 4.0
     };
-    // From the right, and from the columns themselves, other samples would have to be worked out.
+    // To the right of the columns and on them, other samples would have to be derived, so these are left out.
     let skip: Vec<usize> = (17..41).collect();
     hold_columns(&view, &settings, &skip, expected);
 }
@@ -217,26 +217,29 @@ fn strength_multiplies_occlusion_until_all_is_closed() {
     }
 }
 
-/// On a floor that falls away to the right by 1 a texel, an offset (u, v) has T = (u, v, u), so sin t = -u / |T|.
+/// On a floor that falls away to the right by 1 per texel, an offset (u, v) has T = (u, v, u), so sin t = -u / |T|.
 ///
-/// Three directions and steps of 3.2: the second direction's samples, at 3.2 (-1/2, 0.866) and twice that, are taken at
-/// (-2, 3) and (-3, 6), which lie off the direction; the third's mirror them, the first's, to the right, are exact.
+/// There are three directions and steps of 3.2 texels. The second direction's samples, at 3.2 (-1/2, 0.866) and twice
+/// that, are taken at (-2, 3) and (-3, 6), which are off the direction. The third direction's samples mirror these.
+/// Those of the first, which points to the right, are exact.
 #[test]
 fn grounding_by_sample_takes_the_tangent_of_the_offset_taken() {
     let context = Context::open(Backend::Egl).unwrap();
     let settings = Settings { directions: 3, steps: 2, snap: Snap::Sample, ..right_angles() };
     let settings = Settings { radius: Radius::Units(9.6), attenuation: Attenuation::None, ..settings };
     let tangent = |u: f64, v: f64| -u / DVec3::new(u, v, u).length();
-    // One texel rises 4 above the floor, and is looked at from where it is at (-2, 3): it becomes the horizon there.
+    // One texel rises 4 above the floor. It is seen from the pixel for which it is at (-2, 3), and becomes the horizon
+    // there.
     let (x, y) = (20, 8);
     let mut view = columns(1.0, &[]);
     let width = view.depth.width;
     view.depth.texels[y * width + x] -= 4.0;
     let pixel = (x + 2, y - 3);
     let sine = 6.0 / DVec3::new(-2.0, 3.0, -6.0).length();
-    // By its own tangent it adds what it rises above the floor there, and nothing else rises above the floor.
+    // With its own tangent it adds how far it rises above the floor there, and nothing else rises above the floor.
     let by_sample = 1.0 - (sine - tangent(-2.0, 3.0)) / 3.0;
-    // By the direction's, it starts elsewhere, and the bare floor of the third direction rises above that tangent.
+    // With the direction's tangent it starts elsewhere, and the bare floor in the third direction rises above that
+    // tangent.
     let theta = tangent(-0.5, 0.75f64.sqrt());
     let floor = tangent(-2.0, -3.0).max(tangent(-3.0, -6.0)) - theta;
     assert!(floor > 0.03);
@@ -250,8 +253,8 @@ fn grounding_by_sample_takes_the_tangent_of_the_offset_taken() {
     }
 }
 
-/// b = 1/2 and steps of 2: the first offset is round(b 2) = 1, so samples lie at 3, 5 and 7. a = 90 degrees turns the
-/// one direction from right to up. The row y mod 4, the column x mod 4 of the tile is the pixel's.
+/// With b = 1/2 and steps of 2, the first offset is round(b 2) = 1, so samples are at 3, 5 and 7 texels. a = 90 degrees
+/// turns the one direction from right to up. A pixel uses the tile's row y mod 4 and column x mod 4.
 #[test]
 fn the_tile_turns_directions_and_offsets_steps_each_pixel_by_its_own_texel() {
     let settings = Settings { directions: 1, ..right_angles() };
@@ -277,7 +280,8 @@ fn the_tile_turns_directions_and_offsets_steps_each_pixel_by_its_own_texel() {
     });
     hold("wall to the right", &got, &expected, &wall.covered(), everywhere(1e-12), "");
 
-    // A wall across, in row 11: only the pixels turned by 90 degrees meet it, in rows 8 and 4.
+    // This wall runs across, in row 11. Only the pixels whose direction is turned by 90 degrees meet it, in rows 8 and
+    // 4.
     let width = wall.depth.width;
     let mut wall = columns(0.0, &[]);
     wall.depth.texels[11 * width..12 * width].iter_mut().for_each(|z| *z -= h as f32);
@@ -288,7 +292,7 @@ fn the_tile_turns_directions_and_offsets_steps_each_pixel_by_its_own_texel() {
     hold("wall above", &got, &expected, &wall.covered(), everywhere(1e-12), "");
 }
 
-/// R is 4 texels: 3 steps are of one texel each, 4 steps of less, where the chapter leaves early.
+/// R is 4 texels. 3 steps are one texel long each. 4 steps are shorter, and then the chapter's method returns early.
 #[test]
 fn a_step_below_one_texel_leaves_all_open() {
     let wall = columns(0.0, &[(20, 1.0)]);
@@ -311,7 +315,7 @@ fn beyond_the_border_position_keeps_a_plane_open_and_depth_does_not() {
         for (who, got) in view.by_both(context.gl(), &settings) {
             let least = got.texels.iter().copied().fold(1.0, f64::min);
             assert_eq!(least > 1.0 - 1e-3, open, "{who}, {clamp:?}: {least}");
-            // In the middle both are open: no sample from there is clamped.
+            // In the middle both are open, because no sample from there is clamped.
             assert!(got.at(48, 30) > 1.0 - 1e-3);
         }
     }
@@ -320,7 +324,7 @@ fn beyond_the_border_position_keeps_a_plane_open_and_depth_does_not() {
 #[test]
 fn background_is_open_and_occludes_nothing() {
     let context = Context::open(Backend::Egl).unwrap();
-    // A floor with a strip of background, and a picture of nothing else.
+    // One view is a floor with a strip of background, and the other has nothing but background.
     let mut strip = columns(0.0, &[(19, f64::NEG_INFINITY), (20, f64::NEG_INFINITY)]);
     let mut nothing = columns(0.0, &[]);
     nothing.depth = nothing.depth.map(|_| f32::INFINITY);
@@ -336,7 +340,7 @@ fn background_is_open_and_occludes_nothing() {
 
 #[test]
 fn the_blur_of_a_constant_is_that_constant() {
-    // Heights at random: the weights differ, their sum cancels.
+    // The heights vary, so the weights differ, but their sum cancels.
     let depth = Image::from_fn(31, 23, |x, y| 5.0 + ((x * 7 + y * 13) % 11) as f32 / 10.0);
     for blur_kernel in [BlurKernel::Separable, BlurKernel::Full] {
         let settings = Settings { blur: 9, blur_kernel, ..rig::float_settings(1.0) };
@@ -356,20 +360,20 @@ fn the_blur_does_not_cross_a_step_much_deeper_than_sigma() {
     }
 }
 
-/// The default sigma is R/4: a step of R/4 weighs exp(-1/2).
+/// The default sigma is R/4, so a step of R/4 has the weight exp(-1/2).
 #[test]
 fn a_depth_difference_of_sigma_weighs_exp_of_minus_one_half() {
     let depth = Image::from_fn(2, 1, |x, _| 5.0 + 0.5 * x as f32);
     let ao = Image::from_fn(2, 1, |x, _| x as f64);
     let settings = Settings { blur: 3, ..rig::float_settings(2.0) };
     let got = reference::blur::blur(&ao, &depth, &[], &settings).unwrap();
-    // s = 1: the neighbour weighs exp(-1/2) for its place and as much for its depth.
+    // s = 1, so the neighbour has the weight exp(-1/2) for its place, and the same again for its depth.
     let weight = (-1.0f64).exp();
     assert!((got.at(0, 0) - weight / (1.0 + weight)).abs() < 1e-12);
 }
 
-/// On a flat floor a raised texel darkens others around it; blurred with a sigma beyond all depths, that image must be
-/// its own convolution with the Gaussian of s = (radius + 1)/2, cut to the kernel and to the picture.
+/// On a flat floor a raised texel darkens others around it. Blurred with a sigma beyond all depths, that image must be
+/// its own convolution with the Gaussian of s = (radius + 1)/2, cut off at the kernel and at the picture.
 #[test]
 fn on_a_floor_the_blur_is_the_gaussian_of_half_its_radius_and_one() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -415,7 +419,7 @@ fn no_radius_makes_background_occlude() {
             assert!(got.texels.iter().all(|&a| (a - 1.0).abs() < 1e-4), "{who} at R = {radius:e}");
         }
     }
-    // Where the application's background lies within R of its surfaces.
+    // Here the application's background lies within R of its surfaces.
     let near = ByHand { depth: strip.depth.map(|z| if z.is_finite() { z } else { 150.0 }), ..strip };
     let textures = Textures::new(context.gl(), &near, TextureTarget::Rectangle, NormalEncoding::Signed);
     let inputs = Inputs { background: 150.0, ..textures.inputs };
@@ -452,7 +456,7 @@ fn a_surface_on_the_far_plane_is_seen() {
     }
 }
 
-/// What the G-buffer makes of a plane: normals in RGBA16F, depth on the triangle.
+/// This plane is rendered into the G-buffer, with normals in RGBA16F and depth on the triangle.
 #[test]
 fn a_rendered_plane_is_open() {
     let context = Context::open(Backend::Osmesa).unwrap();

@@ -1,4 +1,4 @@
-//! The image comparator that the other tests trust is itself shown to catch what it must.
+//! The other tests trust the image comparator. These tests check that it catches what it must.
 
 use crate::rig;
 use crate::rig::compare::{Limits, Mismatch, compare, everywhere};
@@ -7,7 +7,7 @@ use hbao::image::Image;
 const WIDTH: usize = 9;
 const HEIGHT: usize = 7;
 
-/// No two texels, rows or columns alike; neighbours differ by 0.01 or more.
+/// An image in which no two texels, rows or columns are equal, and neighbours differ by 0.01 or more.
 fn image() -> Image<f32> {
     Image::from_fn(WIDTH, HEIGHT, |x, y| 0.01 * (x + WIDTH * y) as f32)
 }
@@ -77,7 +77,7 @@ fn nan_and_infinity_are_caught_whatever_is_allowed() {
         assert_eq!(mismatch(&got, &all(), generous), Mismatch::NotFinite { pixels: 1, at: (3, 5) });
         let expected = compare(&image(), &got, &all(), generous).unwrap_err();
         assert_eq!(expected, Mismatch::NotFinite { pixels: 1, at: (3, 5) });
-        // Infinite in both is no match either: the mask is to leave such pixels out.
+        // Pixels that are infinite in both images do not match either. The mask must leave such pixels out.
         assert!(compare(&got, &got, &all(), generous).is_err());
     }
 }

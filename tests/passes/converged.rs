@@ -1,5 +1,5 @@
-//! The converged method is what more and more samples come to, and on surfaces that a depth image holds whole it is the
-//! ray-traced truth.
+//! The result of a method converges as the number of samples grows, and the converged method is the limit. On surfaces
+//! that a depth image shows completely, it equals the ray-traced truth.
 
 use crate::rig;
 use crate::rig::by_hand::{ByHand, heights, orthographic, perspective, plane};
@@ -10,7 +10,7 @@ use hbao::scene::{Mesh, View};
 use hbao::settings::{Attenuation, Clamp, Grounding, Jitter, Method, Radius, Snap};
 use hbao::{Settings, rotation_tile};
 
-/// Of a view at these pixels (x, y).
+/// Returns the converged values of a view at these pixels (x, y).
 fn at(view: &ByHand, settings: &Settings, pixels: &[(usize, usize)]) -> Vec<f64> {
     let indices: Vec<usize> = pixels.iter().map(|(x, y)| y * view.depth.width + x).collect();
     converged(&view.twin_inputs(&rotation_tile(settings)), settings, &indices).unwrap()
@@ -20,13 +20,13 @@ fn of(method: Method, radius: f64, attenuation: Attenuation) -> Settings {
     Settings { method, attenuation, ..rig::float_settings(radius) }
 }
 
-/// Two planes at 45 degrees from a crease between two columns, seen from straight above.
+/// Two planes at 45 degrees that meet in a crease between two columns of texels, seen from straight above.
 fn valley(half: usize) -> ByHand {
     let x_of = |x: usize| x as f64 + 0.5 - half as f64;
     heights((2 * half as u32, 2 * half as u32), |x, _| x_of(x).abs(), |x, _| [x_of(x).signum(), 0.0])
 }
 
-/// A floor that faces the eye, and to the right of `foot` another, `high` above it.
+/// A floor that faces the eye, and to the right of `foot` another floor that is `high` above it.
 fn step(foot: usize, high: f64) -> ByHand {
     heights((2 * foot as u32, 2 * foot as u32), |x, _| if x >= foot { high } else { 0.0 }, |_, _| [0.0; 2])
 }
@@ -46,7 +46,7 @@ fn every_plane_is_open() {
         }
         for view in views {
             surfaces += view.covered().texels.iter().filter(|&&covered| covered).count();
-            // The methods that start from the surface's tangent.
+            // These are the methods that start from the surface's tangent.
             for method in rig::methods().filter(|&method| converges(method) && method.reads("bias")) {
                 let settings = Settings { radius: Radius::Units(2.0), ..Settings::for_method(method) };
                 let least = at(&view, &settings, &pixels).into_iter().fold(1.0, f64::min);
@@ -57,9 +57,9 @@ fn every_plane_is_open() {
     assert!(surfaces > 4_000, "{surfaces}");
 }
 
-/// The valley is a floor and a wall at right angles, and nothing of it is hidden: the converged method has the closed
-/// forms of the rays, at q = d/R. No sample is nearer to the crease than half a texel, and none farther than R less
-/// one.
+/// The valley is a floor and a wall at right angles, and nothing of it is hidden. The converged method therefore has
+/// the same closed forms as ray tracing, with q = d/R. No sample is nearer to the crease than half a texel, and none is
+/// farther away than R minus half a texel.
 #[test]
 fn a_wall_on_a_floor_is_as_open_as_to_rays() {
     const HALF: usize = 72;
@@ -73,14 +73,16 @@ fn a_wall_on_a_floor_is_as_open_as_to_rays() {
             (Attenuation::Linear, 1.0 - (1.0 - q + q * q.ln()) / 2.0),
         ] {
             let a = at(&valley, &of(Method::Hbao, 64.0, attenuation), &[(HALF + away, HALF)])[0];
-            // Of W = 1 all of a texel at R is lost, of others nothing there; near the crease snapping moves samples.
+            // With W = 1 a whole texel at R is missing; with the others its weight is 0. Near the crease, snapping
+            // moves samples.
             assert!((a - rays).abs() < 0.004, "q = {q}, {attenuation:?}: {a}, rays {rays}");
         }
     }
 }
 
-/// Why the converged method compares what samples rise over their own tangents: one sample a texel, each snapped by
-/// itself and compared with its direction's tangent, leaves the valley too open, and a finer image does not mend it.
+/// This shows why the converged method compares how far samples rise above their own tangents. One sample per texel,
+/// each snapped on its own and compared with the tangent of its direction, makes the valley too open, and a finer image
+/// does not help.
 #[test]
 fn a_sample_every_texel_over_the_directions_tangent_leaves_a_valley_too_open() {
     for (half, away) in [(45, 5), (90, 10)] {
@@ -102,10 +104,11 @@ fn a_sample_every_texel_over_the_directions_tangent_leaves_a_valley_too_open() {
     }
 }
 
-/// The wall's top is h high and m texels away: in direction theta it is met at m / cos(theta), within R where
-/// sin(theta) is below u = sqrt(1 - m^2/(R^2 - h^2)). With W = 1, A = 1 - asin(u h / sqrt(h^2 + m^2)) / pi.
+/// The top of the wall is h high and m texels away. In direction theta it is met at m / cos(theta), which is within R
+/// if sin(theta) is below u = sqrt(1 - m^2/(R^2 - h^2)). With W = 1, A = 1 - asin(u h / sqrt(h^2 + m^2)) / pi.
 ///
-/// On a floor that faces the eye t = 0, and each direction has one occluder: the talk's horizon is the chapter's.
+/// On a floor that faces the eye, t = 0 and each direction has one occluder, so the talk's horizon equals the
+/// chapter's.
 #[test]
 fn a_step_on_a_floor_has_its_closed_form() {
     const FOOT: usize = 64;
@@ -117,19 +120,21 @@ fn a_step_on_a_floor_has_its_closed_form() {
             let u = (1.0 - m * m / (radius * radius - h * h)).sqrt();
             1.0 - (u * h / (h * h + m * m).sqrt()).asin() / std::f64::consts::PI
         };
-        // A sample is snapped to the wall's first texel from half a texel before its centre on; and the outermost of 64
-        // directions that meet the wall stands for more or less of them than itself.
+        // Two effects move the result. A sample is snapped to the wall's first texel from half a texel before that
+        // texel's centre. And the outermost of 64 directions that meet the wall stands for a range of directions, not
+        // all of which meet it.
         let (least, most) = (closed(m as f64 - 0.5) - 0.004, closed(m as f64) + 0.004);
         let [chapter, talk] =
             [Method::Hbao, Method::HbaoTalk].map(|method| at(&view, &of(method, radius, Attenuation::None), &pixel)[0]);
         assert!((least..most).contains(&chapter), "{m}: {chapter}, not from {least} to {most}");
         assert!((chapter - talk).abs() < 1e-12, "{m}: {chapter} and {talk}");
-        // Far beyond the wall nothing is met.
+        // A radius that ends before the wall meets nothing.
         assert!(at(&view, &of(Method::Hbao, m as f64 - 1.0, Attenuation::None), &pixel)[0] == 1.0);
     }
 }
 
-/// The closed forms of `claims.rs` for spheres, and for creases the mean along R of h/|D| on the wall's top.
+/// For spheres these are the closed forms of `claims.rs`. For creases it is the mean along R of h/|D| on the wall's
+/// top.
 #[test]
 fn spheres_and_creases_converge_to_their_integrals() {
     const HALF: usize = 72;
@@ -156,7 +161,7 @@ fn spheres_and_creases_converge_to_their_integrals() {
     assert!((least..most).contains(&a), "{a}, not from {least} to {most}");
 }
 
-/// What a camera sees of a shot, by one ray a pixel.
+/// Returns what a camera sees of a shot, with one ray per pixel.
 fn seen(shot: &Shot, size: (u32, u32)) -> ByHand {
     let camera = shot.camera(size);
     let (width, height) = (size.0 as usize, size.1 as usize);
@@ -174,7 +179,7 @@ fn error_against_it_falls_as_samples_grow() {
     for (shot, radius) in [(scenes::nave(), 6.0), (scenes::box_on_a_floor(), 3.0)] {
         let view = seen(&shot, size);
         let base = Settings { jitter: Jitter::None, snap: Snap::Sample, ..rig::float_settings(radius) };
-        // Of every second pixel, like the squares of a chessboard, since the limit of each takes long.
+        // The limit takes long to compute, so every second pixel is compared, in the pattern of a chessboard.
         let all: Vec<(usize, usize)> = (0..90).flat_map(|y| (y % 2..120).step_by(2).map(move |x| (x, y))).collect();
         let limit = at(&view, &base, &all);
         assert!(limit.iter().filter(|&&a| a < 0.9).count() > 1000, "{}", shot.name);
@@ -183,7 +188,8 @@ fn error_against_it_falls_as_samples_grow() {
             let settings = Settings { directions: n, steps: n, ..base.clone() };
             let tile = rotation_tile(&settings);
             let got = visibility(&view.twin_inputs(&tile), &settings).unwrap();
-            // The chapter's early exit, which converges to nothing, is left out: R_px is below z of these.
+            // Pixels of the chapter's early exit do not converge and are left out. Nearer than `deepest`, R covers more
+            // than 17 texels, so that 16 steps are at least a texel long each.
             let tan = match view.projection {
                 hbao::scene::Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y,
                 other => panic!("{other:?}"),
@@ -199,7 +205,7 @@ fn error_against_it_falls_as_samples_grow() {
     }
 }
 
-/// Directions, steps, jitter, snapping, the blur, formats and half resolution are what it is converged in.
+/// The limit must not depend on directions, steps, jitter, snapping, the blur, formats or half resolution.
 #[test]
 fn it_reads_the_method_and_nothing_of_its_samples() {
     let view = seen(&scenes::ball(), SIZE);
@@ -232,7 +238,7 @@ fn it_reads_the_method_and_nothing_of_its_samples() {
     assert!(at(&view, &Settings { method: Method::None, ..base }, &pixels).iter().all(|&a| a == 1.0));
 }
 
-/// Past the border's corner no horizon rises, so that R may be as long as one likes.
+/// Beyond the farthest corner of the image no sample raises a horizon, so R may be arbitrarily long.
 #[test]
 fn a_radius_far_beyond_the_scene_takes_no_longer_and_stays_finite() {
     let view = seen(&scenes::nave(), (33, 21));
@@ -255,7 +261,7 @@ fn what_has_no_converged_form_is_refused_and_so_is_a_pixel_outside() {
         assert!(error.starts_with(&format!("{} has no converged form", method.name())) && error.lines().count() == 1);
     }
     assert!(of(&base, &[16 * 12]).unwrap_err().to_string().contains("outside the image of 16x12"));
-    assert!(of(&Settings::default(), &[0]).is_err(), "a radius in percent");
+    assert!(of(&Settings::default(), &[0]).is_err(), "a radius in percent is refused");
     assert!(of(&base, &[]).unwrap().is_empty());
     // Background is open.
     let nothing = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]).unwrap();

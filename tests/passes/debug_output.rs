@@ -1,5 +1,4 @@
-//! The driver has nothing against what the library does: no message of high or medium severity in its debug output,
-//! whatever is rendered.
+//! Whatever the library renders, the driver's debug output contains no message of high or medium severity.
 
 use crate::rig;
 use crate::rig::by_hand::{Textures, perspective, plane};
@@ -17,7 +16,7 @@ use std::ffi::OsStr;
 
 const SIZE: (u32, u32) = (33, 21);
 
-/// Every switch, and every combination of formats.
+/// Returns settings with every switch, and with every combination of formats.
 fn settings() -> Vec<Settings> {
     let mut all = every_switch();
     for ao_format in [AoFormat::R8, AoFormat::R16f, AoFormat::R32f] {
@@ -32,7 +31,7 @@ fn settings() -> Vec<Settings> {
     all
 }
 
-/// Everything that the library does in a context.
+/// Calls everything that the library can do in a context.
 fn use_all_of(context: &Context) {
     let gl = context.gl();
     for (_, name) in Format::ALL.into_iter().map(|(format, name)| (format_renders(gl, format).unwrap(), name)) {
@@ -47,22 +46,22 @@ fn use_all_of(context: &Context) {
         let frame = rig::frame(&mut pipeline, &shot, SIZE, settings);
         assert!(frame.ao.texels.iter().all(|a| (0.0..=1.0).contains(a)));
     }
-    // In an application's context: state saved and put back, and textures of either kind.
+    // This is how an application uses the library: state is saved and restored, and textures are of either kind.
     let view = plane(perspective(60.0, SIZE), SIZE, glam::dvec3(0.3, 0.2, -1.0).normalize(), -4.0);
     for target in [TextureTarget::Rectangle, TextureTarget::Texture2d] {
         for encoding in [NormalEncoding::Signed, NormalEncoding::Biased] {
             let settings = rig::float_settings(1.0);
             let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings).unwrap();
             let textures = Textures::new(gl, &view, target, encoding);
-            // Twice: the second finds what the first left.
+            // The second call starts from the state that the first has left.
             textures.visibility(&mut ao, &view);
             textures.visibility(&mut ao, &view);
         }
     }
 }
 
-/// What is said of low severity, by how often: hints at what costs. softpipe's notices count the instructions of every
-/// shader, which is nobody's fault.
+/// Counts each message of low severity, which are hints about what is slow. softpipe's notices are left out, because
+/// they only count the instructions of every shader.
 fn hints(messages: &[Message]) -> BTreeMap<&str, usize> {
     let mut hints = BTreeMap::new();
     for message in messages.iter().filter(|message| message.severity == glow::DEBUG_SEVERITY_LOW) {
@@ -118,7 +117,7 @@ fn a_mistake_is_heard_and_fails_a_test() {
     for backend in rig::BOTH {
         let context = Context::open(backend).unwrap();
         let mistake = || {
-            // SAFETY: the context is current; the error is what is wanted.
+            // SAFETY: the context is current. The error is intended.
             unsafe {
                 context.gl().bind_texture(glow::TEXTURE_2D + 1, None);
                 assert_eq!(context.gl().get_error(), glow::INVALID_ENUM);
@@ -128,14 +127,15 @@ fn a_mistake_is_heard_and_fails_a_test() {
         mistake();
         let messages = watch.messages();
         assert!(messages.iter().any(|m| m.is_severe() && m.kind == glow::DEBUG_TYPE_ERROR), "{messages:?}");
-        // What was not asked for fails the test at the end, unless there is nothing more to say.
+        // The messages of the first mistake have been taken, so dropping the watch does not panic. Those of the next
+        // mistake are not taken, so the drop panics.
         drop(watch);
         let fails = std::panic::AssertUnwindSafe(|| {
             let _watch = rig::debug::watch(&context);
             mistake();
         });
         assert!(std::panic::catch_unwind(fails).is_err(), "{}", backend.name());
-        // And nothing is heard any more.
+        // After the watch is dropped, a mistake is not recorded any more.
         mistake();
         drop(rig::debug::watch(&context));
     }

@@ -1,4 +1,4 @@
-//! Error taken apart adds up, and each cause shows in its own part.
+//! The error of a method is decomposed into parts. The parts must add up, and each cause must show in its own part.
 
 use crate::rig;
 use crate::rig::{Shot, scenes};
@@ -15,7 +15,7 @@ use hbao::{Pipeline, Request, Settings};
 
 const SIZE: (u32, u32) = (81, 60);
 
-/// A shot and its truth.
+/// A shot and its ray-traced truth.
 struct Judged {
     shot: Shot,
     context: Context,
@@ -24,7 +24,7 @@ struct Judged {
     pixels: Vec<usize>,
 }
 
-/// A shot of the rig as the measures take it.
+/// Converts a shot of the rig to what `measure` takes.
 fn seen<'a>(shot: &'a Shot, camera: &'a Camera, size: (u32, u32)) -> measure::Shot<'a> {
     measure::Shot { mesh: &shot.mesh, camera, size }
 }
@@ -55,7 +55,7 @@ impl Judged {
         TruthAt { pixels: &self.pixels, visibility: &self.truth }
     }
 
-    /// What is shown, at full size.
+    /// Returns the ambient occlusion that is shown with these settings.
     fn shown(&self, settings: &Settings) -> Image<f32> {
         let mut pipeline = Pipeline::new(self.context.gl(), SIZE, settings, Request::default()).unwrap();
         pipeline.render(&self.shot.mesh, &self.shot.camera(SIZE)).unwrap();
@@ -63,8 +63,8 @@ impl Judged {
     }
 }
 
-/// The bounds are what float64 leaves of sums over some thousand pixels: the images are read back once, and every part
-/// is made of the same numbers.
+/// The bounds allow for the rounding of float64 in sums over some thousand pixels. Nothing else can differ, because the
+/// images are read back once and every part is computed from the same numbers.
 #[track_caller]
 fn hold_sums(parts: &Decomposition, text: &str) {
     let each = [parts.model, parts.sampling, parts.filtering, parts.quantisation];
@@ -109,7 +109,7 @@ fn parts_add_up_to_the_error_that_is_measured_otherwise() {
             let half = shown.width != size.0;
             let shown = if half { Image::from_fn(size.0, size.1, |x, y| shown.at(x / 2, y / 2)) } else { shown };
             let errors = Errors::of(&shown, &truth, &judged.covered).unwrap();
-            // The truth was rounded to float32 for this.
+            // For this comparison the truth was rounded to float32.
             assert!((errors.rmse - parts.total.rmse).abs() < 1e-6, "{errors:?} {parts:?}\n{text}");
             assert!((errors.bias - parts.total.bias).abs() < 1e-6 && (errors.max - parts.total.max).abs() < 1e-6);
             if settings.blur == 0 || !rig::computes(settings.method) {
@@ -125,7 +125,7 @@ fn parts_add_up_to_the_error_that_is_measured_otherwise() {
 #[test]
 fn a_planted_error_shows_in_its_own_part() {
     let judged = Judged::new(scenes::nave());
-    // Float formats, and many samples: what is left is small everywhere but in the model.
+    // With float formats and many samples, every part of the error is small except the model's.
     let good = Settings { directions: 16, steps: 5, blur: 0, ..rig::float_settings(judged.shot.radius) };
     let planted = [
         good.clone(),
@@ -133,14 +133,15 @@ fn a_planted_error_shows_in_its_own_part() {
         Settings { directions: 1, steps: 1, ..good.clone() },
         Settings { blur: 41, blur_depth_sigma: Some(1e6), ..good.clone() },
         Settings { normal_format: NormalFormat::Rgba8Snorm, depth_format: DepthFormat::R16f, ..good.clone() },
-        // A step far below a texel: the early exit, everywhere.
+        // A step is far below a texel here, so every pixel returns early.
         Settings { steps: 256, ..good.clone() },
         Settings { half_res: true, ..good.clone() },
     ];
     let [good, model, few, blurred, coarse, exits, half] = judged.apart(&planted).try_into().unwrap();
     let same = |a: f64, b: f64| (a - b).abs() < 1e-12;
 
-    // Weaker occlusion is another method, and a fifth of it is missed by as much less.
+    // Weaker occlusion counts as another method, so the model's error grows. A fifth of the occlusion has a fifth of
+    // the sampling error.
     assert!(
         model.model.bias > good.model.bias + 0.05 && model.model.rmse > 1.5 * good.model.rmse,
         "{model:?} {good:?}"
@@ -155,10 +156,10 @@ fn a_planted_error_shows_in_its_own_part() {
     assert!(blurred.filtering.rmse > 0.05 && blurred.quantisation.rmse == 0.0, "{blurred:?}");
     assert_eq!((coarse.sampling, coarse.filtering), (good.sampling, good.filtering));
     assert!(coarse.quantisation.rmse > 5e-4 && good.quantisation.rmse == 0.0, "{coarse:?}");
-    // The exit makes A = 1: sampling takes back all that the converged method found.
+    // The early return gives A = 1, so the sampling part undoes all occlusion that the converged method has found.
     let mean = judged.truth.iter().sum::<f64>() / judged.truth.len() as f64;
     assert!(same(exits.model.bias + exits.sampling.bias, 1.0 - mean) && exits.sampling.bias > 0.1, "{exits:?}");
-    // Every other pixel shows its neighbour.
+    // At half resolution without a blur, every other pixel shows the value of its neighbour.
     assert!(half.sampling.rmse > 1.2 * good.sampling.rmse && half.filtering.rmse == 0.0, "{half:?}");
 }
 
@@ -168,7 +169,8 @@ fn rounding_to_8_bits_is_all_that_8_bit_targets_add() {
     for blur in [0, 9] {
         let settings = Settings { normal_format: NormalFormat::Rgba16f, blur, ..judged.base() };
         let parts = &judged.apart(std::slice::from_ref(&settings))[0];
-        // Half a step at each pass that writes, spread evenly: 1 / (255 sqrt 12) for one.
+        // Each pass that writes rounds by up to half a step. The errors are spread evenly, so their RMSE is 1 / (255
+        // sqrt 12) for one pass.
         let passes = if blur > 0 { 3.0 } else { 1.0 };
         assert!(parts.quantisation.max <= 0.5 * passes / 255.0 + 1e-4, "{parts:?}");
         assert!(parts.quantisation.rmse <= passes / 255.0 / 12f64.sqrt(), "{parts:?}");
@@ -198,7 +200,7 @@ fn settings_that_share_their_limit_are_told_from_those_that_do_not() {
     for other in &together[2..] {
         assert_ne!(other.model, together[0].model);
     }
-    // A subset says much the same: of 1500 pixels, by a standard error of 0.1 / sqrt(1500).
+    // A subset of 1500 pixels gives nearly the same result, with a standard error of 0.1 / sqrt(1500).
     let some = subset(&judged.covered, 1500);
     let truth: Vec<f64> = some.iter().map(|i| judged.truth[judged.pixels.binary_search(i).unwrap()]).collect();
     let part = decompose(gl, view, &base, TruthAt { pixels: &some, visibility: &truth }).unwrap();

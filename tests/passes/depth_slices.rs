@@ -1,4 +1,4 @@
-//! The G-buffer is drawn in slices of depth, and nothing shows where one ends and the next begins.
+//! The G-buffer is drawn in slices of depth. These tests check that nothing is visible where two slices meet.
 
 use crate::rig::random::Draw;
 use glam::{DVec3, dvec3};
@@ -11,7 +11,7 @@ fn quad(corner: DVec3, a: DVec3, b: DVec3) -> Mesh {
     Mesh::new(vec![corner, corner + a, corner + a + b, corner + b], vec![[0, 1, 2], [0, 2, 3]]).unwrap()
 }
 
-/// Depth of what is seen, without ambient occlusion: infinite where nothing is.
+/// Renders the depth of the visible surfaces, without ambient occlusion. It is infinite where nothing is visible.
 fn depth(context: &Context, mesh: &Mesh, camera: &Camera, size: (u32, u32), msaa: u32) -> Vec<f32> {
     let settings = Settings { radius: Radius::Units(1.0), msaa, ..Settings::default() };
     let request = Request { gbuffer_only: true, ..Request::default() };
@@ -45,10 +45,10 @@ fn a_floor_has_no_hole_where_slices_meet() {
                     let (_, r) = camera.ray((x as f64 + 0.5) / 400.0, (y as f64 + 0.5) / 300.0);
                     let down = r.x * camera.right.y + r.y * camera.up.y + camera.forward.y;
                     let expected = -camera.eye.y / down;
-                    // Not where a pixel reaches over the near or far plane, or the floor's end.
+                    // Pixels are left out if they reach beyond the near plane, the far plane or the end of the floor.
                     if (1.2 * near..(0.5 * far).min(100.0)).contains(&expected) {
                         inside += 1;
-                        // A hole is infinitely deep.
+                        // The depth of a hole is infinite, so a hole fails this test.
                         assert!(
                             (f64::from(z) / expected - 1.0).abs() < 1e-4,
                             "{z} for {expected} at {x}, {y}\n{camera:?}"

@@ -1,4 +1,5 @@
-//! Multisample antialiasing: what the samples hold, which pixels are edges, and what the supersampling blur is for.
+//! Tests of multisample antialiasing: what the samples hold, which pixels are edges, and what the supersampling blur
+//! achieves.
 
 use crate::rig;
 use crate::rig::{FOUR_SAMPLES, Frame, Limits, SIZE, everywhere, hold, scenes};
@@ -21,10 +22,10 @@ fn the_drivers_samples_lie_where_the_tests_take_them_to_be() {
         let gl = context.gl();
         let shot = scenes::floor();
         let pipeline = Pipeline::new(gl, (8, 8), &multisample(1.0), Request::default()).unwrap();
-        assert_eq!(pipeline.samples(), 4, "llvmpipe has four");
+        assert_eq!(pipeline.samples(), 4, "llvmpipe gives four samples");
         let samples = pipeline.inputs(&shot.camera((8, 8))).samples.unwrap();
-        // SAFETY: the context is current, the texture alive, and glGetMultisamplefv has this signature. It tells of the
-        // framebuffer that is bound.
+        // SAFETY: the context is current, the texture is alive, and glGetMultisamplefv has this signature. It returns
+        // the positions of the framebuffer that is bound.
         let positions = unsafe {
             gl.bind_framebuffer(glow::FRAMEBUFFER, Some(gl.create_framebuffer().unwrap()));
             let (point, kind) = (glow::COLOR_ATTACHMENT0, glow::TEXTURE_2D_MULTISAMPLE);
@@ -35,7 +36,7 @@ fn the_drivers_samples_lie_where_the_tests_take_them_to_be() {
             let get: extern "system" fn(u32, u32, *mut f32) = std::mem::transmute(address);
             [0, 1, 2, 3].map(|index| {
                 let mut position = [f32::NAN; 2];
-                // GL_SAMPLE_POSITION.
+                // 0x8E50 is GL_SAMPLE_POSITION.
                 get(0x8E50, index, position.as_mut_ptr());
                 position.map(|p| f64::from(p) - 0.5)
             })
@@ -70,8 +71,8 @@ fn every_sample_holds_its_own_surface_on_the_ray_of_the_pixels_centre() {
     }
 }
 
-/// With the interpolated z in place of the plane's on the centre's ray, the samples of one surface would differ, and
-/// the one that is resolved would lie a quarter of a pixel off its ray.
+/// The depth of a sample is that of the surface's plane on the ray of the pixel's centre. If it were the interpolated z
+/// instead, the samples of one surface would differ, and the resolved one would lie a quarter of a pixel off its ray.
 #[test]
 fn all_samples_of_one_plane_in_a_pixel_have_one_depth() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -85,7 +86,7 @@ fn all_samples_of_one_plane_in_a_pixel_have_one_depth() {
         assert!(z.iter().all(|z| (z / first - 1.0).abs() < 1e-6), "{z:?}");
     }
     assert!(pixels > 500);
-    // And it is open up to its borders: nothing lies off the plane.
+    // The plane is open up to its borders, because no sample lies off the plane.
     assert!(frame.raw.texels.iter().all(|&a| (a - 1.0).abs() < 2e-3));
 }
 
@@ -94,7 +95,7 @@ fn edges_are_where_surfaces_meet_that_are_further_apart_than_sigma() {
     let context = Context::open(Backend::Egl).unwrap();
     let shot = scenes::two_layers();
     let frame = rig::render(context.gl(), &shot, SIZE, &multisample(shot.radius));
-    // The two plates, and what is behind both: four silhouettes each. No other pixel is an edge.
+    // The two plates have four silhouettes each, against what is behind them. No other pixel is an edge.
     let near = |z: f32| if z.is_infinite() { 2 } else { u8::from(z > 6.5) };
     let count = |edge: bool| {
         let all = (0..frame.edges.texels.len()).filter(|&i| frame.edges.texels[i] == edge);
@@ -105,7 +106,7 @@ fn edges_are_where_surfaces_meet_that_are_further_apart_than_sigma() {
         .count()
     };
     assert!(count(true) > 100 && count(false) > 3000);
-    // Where all counts as one surface, but not with the background.
+    // With so large a sigma, all surfaces count as one, but the background does not.
     let settings = Settings { blur_depth_sigma: Some(1e3), ..multisample(shot.radius) };
     let merged = rig::render(context.gl(), &shot, SIZE, &settings);
     let edges = |frame: &Frame| frame.edges.texels.iter().filter(|&&e| e).count();
@@ -127,7 +128,7 @@ fn only_edge_pixels_are_blurred_differently() {
             let mut changed = 0;
             for i in 0..on.ao.texels.len() {
                 let same = on.ao.texels[i].to_bits() == off.ao.texels[i].to_bits();
-                assert!(same || on.edges.texels[i], "pixel {i} is no edge");
+                assert!(same || on.edges.texels[i], "pixel {i} is no edge but has changed");
                 changed += usize::from(!same);
             }
             assert!(changed > 20, "{changed}");
@@ -135,7 +136,7 @@ fn only_edge_pixels_are_blurred_differently() {
     }
 }
 
-/// So strong that every surface with an occluder is closed: what is left of visibility is the share of background.
+/// The strength closes every surface that has an occluder, so the remaining visibility is the share of background.
 #[test]
 fn a_background_sample_counts_as_open() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -147,7 +148,7 @@ fn a_background_sample_counts_as_open() {
         for x in 0..frame.depth.width {
             let samples: Vec<f32> = frame.samples.iter().map(|image| image.at(x, y)).collect();
             let open = samples.iter().filter(|z| z.is_infinite()).count();
-            // Surroundings that are closed all over, where there is a surface.
+            // The pixel counts if every surface around it is closed.
             let closed = (y.saturating_sub(4)..(y + 5).min(61)).all(|j| {
                 (x.saturating_sub(4)..(x + 5).min(97))
                     .all(|i| frame.depth.at(i, j).is_infinite() || frame.raw.at(i, j) == 0.0)
@@ -159,7 +160,7 @@ fn a_background_sample_counts_as_open() {
             }
         }
     }
-    assert!(mixed > 10, "{mixed} such pixels");
+    assert!(mixed > 10, "only {mixed} such pixels");
 }
 
 #[test]
@@ -170,7 +171,7 @@ fn the_colour_of_an_edge_is_the_mean_of_its_samples() {
     let camera = shot.camera(SIZE);
     let size = (SIZE.0 as usize, SIZE.1 as usize);
     let seen = FOUR_SAMPLES.map(|at| reference::gbuffer::gbuffer(&shot.mesh, &camera, size, Normals::Derivative, at));
-    // White background, of 255: a pixel with k samples of it is at least that white.
+    // The background is white, 255. A pixel with k samples of background is at least that white.
     let mut edges = 0;
     for y in 0..size.1 {
         for x in 0..size.0 {
@@ -186,7 +187,7 @@ fn the_colour_of_an_edge_is_the_mean_of_its_samples() {
     assert!(edges > 50);
 }
 
-/// Against a truth that is 1 but on edges, where it is 1/2, A = 1 has all of its error there.
+/// The truth here is 1/2 on edges and 1 elsewhere, so all of the error of A = 1 is on edges.
 #[test]
 fn errors_of_one_sample_a_pixel_are_told_apart_on_edges() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -197,7 +198,7 @@ fn errors_of_one_sample_a_pixel_are_told_apart_on_edges() {
     let open = Settings { method: Method::None, msaa: 1, ..multisample(shot.radius) };
     let edges = trade::edges(context.gl(), view, &open).unwrap();
     assert_eq!(edges, frame.edges);
-    // Where the pixel's own centre holds a surface: others mix it with background.
+    // Only edge pixels whose own centre shows a surface are measured. The centre of the others shows background.
     let covered = rig::render(context.gl(), &shot, SIZE, &open).covered();
     let on_edges = (0..edges.texels.len()).filter(|&i| edges.texels[i] && covered.texels[i]).count();
     let all_edges = edges.texels.iter().filter(|&&edge| edge).count();
@@ -208,7 +209,7 @@ fn errors_of_one_sample_a_pixel_are_told_apart_on_edges() {
     assert_eq!([edge.rmse, edge.mae, edge.bias, edge.max], [0.5; 4]);
     assert_eq!(edge.pixels, on_edges);
     assert!((all.bias * all.pixels as f64 - edge.bias * edge.pixels as f64).abs() < 1e-9);
-    // What is around is seen with them.
+    // FLIP also depends on what is around a pixel, so only its order is checked.
     assert!(edge.flip.is_none_or(|flip| flip > all.flip.unwrap_or(1.0)));
 }
 
@@ -216,7 +217,7 @@ fn errors_of_one_sample_a_pixel_are_told_apart_on_edges() {
 fn the_supersampling_blur_leaves_a_fraction_of_the_error_on_edges() {
     for shot in [scenes::cornell_box(), scenes::box_on_a_floor(), scenes::ball()] {
         let [plain, supersampled] = rig::errors_on_edges(&shot, (160, 120));
-        // Measured: 0.15, 0.26 and 0.36 of it.
+        // The measured ratios are 0.15, 0.26 and 0.36.
         assert!(supersampled < 0.5 * plain, "{}: {supersampled} of {plain}", shot.name);
     }
 }
@@ -237,7 +238,7 @@ fn an_application_may_bring_its_own_depth_samples() {
     let without = Inputs { samples: None, ..inputs };
     let plain = rig::by_hand::read_red(context.gl(), ao.render(&without).unwrap(), texels);
     assert_ne!(plain, with);
-    assert_eq!(rig::by_hand::read_red(context.gl(), ao.render(&inputs).unwrap(), texels), with, "and back");
+    assert_eq!(rig::by_hand::read_red(context.gl(), ao.render(&inputs).unwrap(), texels), with, "as before");
 
     let samples = inputs.samples.unwrap();
     for (wrong, part) in [
@@ -257,5 +258,5 @@ fn sixteen_bit_depth_and_vertex_normals_resolve_too() {
     let frame = rig::render(context.gl(), &shot, SIZE, &settings);
     rig::twin::hold_gbuffer(&frame, &shot, SIZE, &settings, "r16f, vertex normals");
     rig::twin::hold_edges(&frame, &settings, "r16f");
-    hold("samples", &frame.samples[0], &frame.depth, &frame.covered(), everywhere(0.0), "the first is resolved");
+    hold("samples", &frame.samples[0], &frame.depth, &frame.covered(), everywhere(0.0), "the first sample is resolved");
 }

@@ -1,6 +1,6 @@
-//! Views built so that an equation has nothing to stand on: walls along the view axis, samples straight in front, steps
-//! that collapse, normals of no length or past the silhouette, radii far beyond the picture, pictures of one texel,
-//! triangles at the eye. Shader and twin must agree there, and both with the closed form where there is one.
+//! Views in which an equation degenerates: walls along the view axis, samples straight in front, steps that collapse,
+//! normals of no length or beyond the silhouette, radii far beyond the picture, pictures of one texel, and triangles at
+//! the eye. Shader and twin must agree there, and both must match the closed form where there is one.
 
 use crate::rig;
 use crate::rig::by_hand::{self, ByHand, Textures, orthographic, perspective};
@@ -13,8 +13,8 @@ use hbao::scene::{Lens, Mesh, Projection, View};
 use hbao::settings::{Clamp, Jitter, Method, Normals, Snap, SsaoDepth, Toggle};
 use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget, rotation_tile};
 
-/// Holds the shader to the twin over views of one size, at the pixels that are not ambiguous. Here most may be: where
-/// samples are as high as each other by construction, it is anyone's guess which decides the talk's W.
+/// Compares the shader with the twin over views of one size, at the pixels that are not ambiguous. Most pixels may be
+/// ambiguous here: if samples are equally high by construction, rounding decides which of them gives the talk's W.
 fn hold_views(context: &Context, views: &[ByHand], settings: &Settings, what: &str) {
     let mut ao = AmbientOcclusion::new(context.gl().clone(), views[0].size(), settings).unwrap();
     for (i, view) in views.iter().enumerate() {
@@ -29,13 +29,13 @@ fn hold_views(context: &Context, views: &[ByHand], settings: &Settings, what: &s
         let text =
             format!("{} of view {i} {what}\n{:?}\n{}", settings.method.name(), view.projection, settings.to_toml());
         let count = |mask: &Image<bool>| mask.texels.iter().filter(|&&m| m).count();
-        assert!(20 * count(&clear) > count(&view.covered()), "too few are clear: {text}");
+        assert!(20 * count(&clear) > count(&view.covered()), "too few pixels are unambiguous: {text}");
         hold("raw", &got, &expected, &clear, everywhere(1e-3), &text);
         assert!(got.texels.iter().all(|a| (0.0..=1.0).contains(a)), "{text}");
     }
 }
 
-/// Holds shader and twin over views of planes of one size to the closed form: they are open.
+/// Checks shader and twin over views of planes of one size. By the closed form, planes are open.
 fn hold_open(context: &Context, views: &[ByHand], settings: &Settings, what: &str) {
     let mut ao = AmbientOcclusion::new(context.gl().clone(), views[0].size(), settings).unwrap();
     for view in views {
@@ -48,7 +48,8 @@ fn hold_open(context: &Context, views: &[ByHand], settings: &Settings, what: &st
     }
 }
 
-/// In perspective a wall beside the eye is seen though n.z = 0, or n.z > 0: the view axis lies in its plane, or above.
+/// In perspective, a wall beside the eye is visible even if n.z = 0 or n.z > 0, where the view axis lies in the wall's
+/// plane or above it.
 #[test]
 fn walls_along_the_view_axis_match_their_twins_and_are_open() {
     const SIZE: (u32, u32) = (33, 25);
@@ -60,7 +61,7 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
             let (sin, cos) = turn.to_radians().sin_cos();
             for z in [0.0, 1e-8, -1e-8, 1e-3, 0.3 * (fov / 2.0).to_radians().tan()] {
                 let n = dvec3(cos, sin, z).normalize();
-                // So far beside the eye that the wall begins where the picture is half over, at a depth of 1.
+                // At a depth of 1, the wall begins halfway between the middle of the picture and its border.
                 views.push(by_hand::plane(projection, SIZE, n, -0.5 * (fov / 2.0).to_radians().tan()));
             }
         }
@@ -73,7 +74,8 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
     };
     let wide: Vec<ByHand> = views.iter().filter(|view| !narrow(view)).cloned().collect();
     for method in rig::methods() {
-        // Beyond 64 texels float32 cannot tell the sum of micro-spheres: tests/stability.rs.
+        // Beyond 64 texels, float32 is too imprecise for the sum of micro-spheres: see `amplifies` in
+        // tests/stability.rs.
         let wide = if method == Method::Microsphere { wide.as_slice() } else { &views };
         hold_views(&context, wide, &raw(method, 2.0), "beside the eye");
     }
@@ -83,11 +85,11 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
     }
 }
 
-/// D.xy = 0: where z x' is the same for both, the sample stands before P on a line along the view axis, and its
-/// elevation is 90 degrees: a tangent would be infinite.
+/// The case D.xy = 0: if z x' is the same for P and the sample, the sample is in front of P on a line along the view
+/// axis. Its elevation is 90 degrees, and the tangent would be infinite.
 #[test]
 fn a_sample_straight_in_front_closes_its_direction_by_its_weight() {
-    // x' is 4/41 at column 22 and 8/41 at column 24.
+    // With this projection, x' is 4/41 at column 22 and 8/41 at column 24.
     let projection = Projection::Perspective { tan_half_fov_x: 1.0, tan_half_fov_y: 3.0 / 41.0 };
     let context = Context::open(Backend::Egl).unwrap();
     for z in [1e-6, 1.0, 1e6, 1e12] {
@@ -97,7 +99,7 @@ fn a_sample_straight_in_front_closes_its_direction_by_its_weight() {
             _ => f32::INFINITY,
         });
         let view = ByHand { normals: depth.map(|_| [0.0, 0.0, -1.0]), depth, projection };
-        // Ten steps of two texels.
+        // The radius is ten steps of two texels.
         let radius = 20.0 * z * 2.0 / 41.0;
         let r = 0.5 * z / radius;
         for (method, snap) in [Snap::Step, Snap::Sample, Snap::None]
@@ -126,8 +128,9 @@ fn a_sample_straight_in_front_closes_its_direction_by_its_weight() {
     }
 }
 
-/// R of a hair more than a step's texel for each sample: offsets round to the nearest texels, never to P's own. Where R
-/// is less, horizons leave early; rays end in P's own texel and meet nothing; Crysis' offsets in a small picture do.
+/// If steps are just above one texel, offsets round to the nearest texels and never to P's own. If they are shorter,
+/// horizon methods return early, and marched rays end in P's own texel and meet nothing. In a small picture, Crysis'
+/// offsets end there too.
 #[test]
 fn steps_that_collapse_towards_the_centre_match_their_twins() {
     const SIZE: (u32, u32) = (31, 23);
@@ -154,7 +157,7 @@ fn steps_that_collapse_towards_the_centre_match_their_twins() {
     }
 }
 
-/// All samples beyond the border are the border's, whichever side they leave by: in the corners three quarters of the
+/// All samples beyond the border read the border, whichever side they leave by. In the corners, three quarters of the
 /// directions are clamped in both coordinates.
 #[test]
 fn planes_are_open_to_the_corners_at_every_radius_and_field_of_view() {
@@ -183,7 +186,8 @@ fn a_radius_across_the_whole_picture_and_far_beyond_matches_the_twin() {
             .map(|(seed, projection)| by_hand::rubble(SIZE, projection, seed, 8.0..12.0))
             .into();
     for method in rig::methods() {
-        // Beyond 64 texels float32 cannot tell the sum of micro-spheres: tests/stability.rs.
+        // Beyond 64 texels, float32 is too imprecise for the sum of micro-spheres: see `amplifies` in
+        // tests/stability.rs.
         let radii: &[f64] = if method == Method::Microsphere { &[10.0] } else { &[10.0, 1e3, 1e9, 1e16] };
         for &radius in radii {
             for clamp in [Clamp::Position, Clamp::Depth] {
@@ -193,7 +197,7 @@ fn a_radius_across_the_whole_picture_and_far_beyond_matches_the_twin() {
     }
 }
 
-/// Where half of an odd size is rounded up, and the last texel of half resolution stands at the border.
+/// At these sizes, half of an odd size is rounded up, and the last texel of half resolution lies at the border.
 #[test]
 fn pictures_of_few_texels_match_their_twins_at_half_resolution_with_the_blur() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -213,7 +217,7 @@ fn pictures_of_few_texels_match_their_twins_at_half_resolution_with_the_blur() {
                 let ambiguous = reference::ambiguous(&inputs, &unblurred).unwrap();
                 let expected = reference::blur::blur(&raw, &view.depth, &[], &settings).unwrap();
                 let unsure = reference::blur::ambiguous(&raw, &view.depth, &[], &settings).unwrap();
-                // What one texel is spreads to all of so small a picture.
+                // In so small a picture, the blur spreads one ambiguous texel over all pixels.
                 let clear = ambiguous.texels.iter().all(|&a| !a);
                 assert!(clear, "{text}: choose another seed");
                 hold("blurred", &got, &expected, &unsure.map(|a| !a), everywhere(1e-3), &text);
@@ -222,7 +226,8 @@ fn pictures_of_few_texels_match_their_twins_at_half_resolution_with_the_blur() {
     }
 }
 
-/// Corners at the eye, behind it and in its plane, triangles seen edge-on, of no area, and twice the same.
+/// The scene has triangles with corners at the eye, behind it and in its plane, triangles that are seen edge-on or have
+/// no area, and one triangle twice.
 #[test]
 fn triangles_at_the_eye_and_of_no_area_leave_a_gbuffer_like_the_rays() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -262,7 +267,7 @@ fn triangles_at_the_eye_and_of_no_area_leave_a_gbuffer_like_the_rays() {
     }
 }
 
-/// What float32 rounds off is multiplied by the strength: planes stay open but for 3e-6 of it.
+/// The rounding errors of float32 are multiplied by the strength. Planes stay open except for 3e-6 times the strength.
 #[test]
 fn a_great_strength_multiplies_what_is_rounded_off_and_no_more() {
     const SIZE: (u32, u32) = (33, 25);
@@ -277,8 +282,9 @@ fn a_great_strength_multiplies_what_is_rounded_off_and_no_more() {
     }
 }
 
-/// A texel at the bottom of a shaft, all samples at the same distance sqrt(2) s and height s above it, s pixels across:
-/// m Omega n.D/|D| adds up to pi/(4 sqrt 2) of pi, whatever s is. Found at random: 1 - sqrt(1 - x) left nothing of it.
+/// A texel at the bottom of a shaft that is s pixels wide. All samples are at the distance sqrt(2) s and at height s,
+/// so m Omega n.D/|D| adds up to pi/(4 sqrt 2) of pi, whatever s is. A random test had found that 1 - sqrt(1 - x)
+/// rounded all of it away.
 #[test]
 fn micro_spheres_far_away_keep_their_solid_angle() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -289,7 +295,7 @@ fn micro_spheres_far_away_keep_their_solid_angle() {
         let settings = Settings {
             method: Method::Microsphere,
             steps: 1,
-            // One that points along each axis.
+            // There is one direction along each axis.
             directions: 4,
             jitter: Jitter::None,
             clamp: Clamp::Depth,
@@ -303,7 +309,7 @@ fn micro_spheres_far_away_keep_their_solid_angle() {
     }
 }
 
-/// Between two texels of half resolution that are equally far in depth, either is the nearest.
+/// Between two texels of half resolution whose depths are equally near, either may be taken as the nearest.
 #[test]
 fn a_tie_between_the_nearest_taps_is_ambiguous() {
     let depth = Image::from_fn(5, 1, |x, _| [0.1f32, 0.2, 0.3, 0.4, 0.5][x]);
@@ -313,14 +319,14 @@ fn a_tie_between_the_nearest_taps_is_ambiguous() {
     assert_eq!(ambiguous.texels, [false, true, false, true, false]);
 }
 
-/// Hills and holes under normals of every kind that the passes must take: of no length, of any other, edge-on but for
-/// rounding, and past the silhouette.
+/// Hills and holes, with every kind of normal that the passes must accept: of no length, of any length, edge-on except
+/// for rounding, and beyond the silhouette.
 #[test]
 fn normals_of_any_length_edge_on_and_facing_away_match_the_twin() {
     let context = Context::open(Backend::Egl).unwrap();
     let size = (33, 21);
     for projection in [perspective(90.0, size), orthographic(0.1, size)] {
-        // A few irrational turns in place of a random sequence.
+        // Sines with irrational factors are used instead of a random sequence.
         let wave = |x: usize, y: usize, k: f64| (x as f64 * 12.9898 * k + y as f64 * 78.233 + k).sin();
         let depth = Image::from_fn(33, 21, |x, y| {
             if wave(x, y, 5.0) > 0.95 { f32::INFINITY } else { (8.0 + 2.0 * wave(x, y, 1.0)) as f32 }

@@ -1,6 +1,6 @@
-//! The built-in scene looks as it did when somebody last looked: `tests/passes/golden/*.png`.
+//! Compares the built-in scene with images that somebody has looked at and approved: `tests/passes/golden/*.png`.
 //!
-//! `HBAO_BLESS=1 cargo test --test passes golden` makes the images anew. Look at them before they are committed.
+//! `HBAO_BLESS=1 cargo test --test passes golden` writes the images again. Look at them before you commit them.
 
 use crate::rig;
 use crate::rig::{Frame, Limits, hold, scenes};
@@ -12,19 +12,19 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (160, 120);
 
-/// Another processor or LLVM may round a colour or A by one step of 8 bits, the blur may carry two into a pixel, and a
-/// normal in RGBA8_SNORM is renormalised before it is shown. Where float32 decides otherwise, rare pixels differ by
-/// more: an ambiguous one darkens what the blur spreads it over.
+/// Another processor or LLVM version may round a colour or A differently by one 8-bit step, the blur may turn that into
+/// two steps, and a normal in RGBA8_SNORM is renormalised before it is shown. A few pixels differ by more where a
+/// decision in float32 falls the other way: one such ambiguous pixel changes all pixels that the blur spreads it over.
 const LIMITS: Limits = Limits { tolerance: 2.0, share: 0.005 };
 
-/// With one sample: where several lie is the driver's choice.
+/// Renders with one sample per pixel, because the positions of several samples are the driver's choice.
 fn frame() -> Frame {
     let shot = scenes::cornell_box();
     let settings = Settings { radius: Radius::Units(shot.radius), msaa: 1, ..Settings::default() };
     rig::render(Context::open(Backend::Auto).unwrap().gl(), &shot, SIZE, &settings)
 }
 
-/// Holds an image to the file of that name, channel by channel, or makes the file.
+/// Compares an image with the file of that name, channel by channel. With `HBAO_BLESS=1` it writes the file instead.
 #[track_caller]
 fn hold_to_file<T: Texel<Component = u8>>(name: &str, got: &Image<T>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/passes/golden").join(name);

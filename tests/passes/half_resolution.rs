@@ -1,4 +1,4 @@
-//! Half resolution: a quarter of the pixels, and the same picture in the same place.
+//! At half resolution a quarter of the pixels is computed, and the same picture appears in the same place.
 
 use crate::rig;
 use crate::rig::by_hand::{ByHand, orthographic, perspective, slope};
@@ -11,12 +11,12 @@ use hbao::scene::Projection;
 use hbao::settings::{AoFormat, BlurKernel, Jitter};
 use hbao::{NormalEncoding, Settings, TextureTarget};
 
-/// Every pairing of odd and even, and the smallest.
+/// Every pairing of odd and even, and the smallest sizes.
 const SIZES: [(u32, u32); 8] = [(1, 1), (2, 1), (1, 3), (5, 2), (8, 8), (9, 8), (8, 9), (31, 17)];
 
 const KERNELS: [BlurKernel; 2] = [BlurKernel::Separable, BlurKernel::Full];
 
-/// The plane n.P = -distance, seen whole.
+/// Makes a view in which the plane n.P = -distance fills the image.
 fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) -> ByHand {
     let depth = Image::from_fn(size.0 as usize, size.1 as usize, |x, y| {
         let [u, v] = slope(projection, size, x, y);
@@ -38,7 +38,7 @@ fn planes_are_open_at_every_size_odd_and_even() {
         for kernel in KERNELS {
             for projection in [perspective(60.0, size), orthographic(0.2, size)] {
                 let view = plane(projection, size, DVec3::new(0.2, -0.3, -1.0).normalize(), 5.0);
-                // Some 16 texels of these sizes, so that no pixel leaves early.
+                // At these sizes the radius is some 16 texels, so that no pixel returns early.
                 let settings = Settings { half_res: true, steps: 2, blur_kernel: kernel, ..rig::float_settings(40.0) };
                 for (who, got) in view.by_both(context.gl(), &settings) {
                     let ones = view.depth.map(|_| 1.0);
@@ -56,8 +56,8 @@ fn planes_are_open_at_every_size_odd_and_even() {
     }
 }
 
-/// At an odd size the first and the last texel are each other's mirror image, and so is every one between: a picture
-/// that is shifted by less than a texel is not.
+/// At an odd size the first texel is the mirror image of the last one, and so on for all between. A picture that is
+/// shifted by less than a texel would not match its mirror image.
 #[test]
 fn a_mirrored_world_gives_the_mirrored_image_at_an_odd_size() {
     let context = Context::open(Backend::Osmesa).unwrap();
@@ -73,12 +73,13 @@ fn a_mirrored_world_gives_the_mirrored_image_at_an_odd_size() {
             let mask = Image::from_fn(ao.width, ao.height, |x, y| {
                 frame.depth.at(x, y).is_finite() && depth.at(x, y).is_finite()
             });
-            // A pixel centre on an edge, and a sample on a texel's border, fall to either side; the blur spreads them.
+            // A pixel centre on an edge, or a sample on a texel's border, may fall to either side, and the blur spreads
+            // the difference.
             let limits = Limits { tolerance: 5e-3, share: 0.03 };
             hold("mirrored", &ao, &frame.ao, &mask, limits, shot.name);
             let shifted = Image::from_fn(ao.width, ao.height, |x, y| ao.at((x + 1).min(ao.width - 1), y));
             let moved = rig::compare(&shifted, &frame.ao, &mask, limits);
-            assert!(moved.is_err(), "a shift by one pixel would be noticed");
+            assert!(moved.is_err(), "a shift by one pixel is not noticed");
         }
     }
 }
@@ -104,19 +105,19 @@ fn the_blur_brings_a_ramp_to_full_size_without_moving_it() {
     }
 }
 
-/// One pixel behind hills, on an odd row and column, where no texel of ambient occlusion was computed.
+/// One pixel lies behind hills, in an odd row and column, for which no texel of ambient occlusion was computed.
 #[test]
 fn a_pixel_between_the_texels_takes_the_visibility_nearest_in_depth() {
     let context = Context::open(Backend::Egl).unwrap();
     let size = (32, 32);
-    // No two heights are the same, so one tap is the nearest.
+    // The heights of the taps all differ, so exactly one tap is nearest in depth.
     let hills = |x: usize, y: usize| 6.0 + ((x * 37 + y * 101) % 1024) as f32 / 256.0;
     let depth = Image::from_fn(32, 32, |x, y| if (x, y) == (15, 15) { 12.0 } else { hills(x, y) });
     let view = ByHand { normals: depth.map(|_| [0.0, 0.0, -1.0]), depth, projection: orthographic(0.5, size) };
     let base = Settings { half_res: true, steps: 4, blur_depth_sigma: Some(0.01), ..rig::float_settings(8.0) };
     let settings = Settings { blur_kernel: BlurKernel::Full, ..base };
     let raw = view.by_twin(&Settings { blur: 0, ..settings.clone() });
-    // The 9x9 taps about (15, 15) that have a texel: the even ones from 12 to 18.
+    // These are the 9x9 taps around (15, 15) that have a texel: those with even coordinates from 12 to 18.
     let taps: Vec<(usize, usize)> = (6..10).flat_map(|j| (6..10).map(move |i| (i, j))).collect();
     let nearest = *taps.iter().max_by(|a, b| hills(2 * a.0, 2 * a.1).total_cmp(&hills(2 * b.0, 2 * b.1))).unwrap();
     let expected = raw.at(nearest.0, nearest.1);
@@ -132,7 +133,7 @@ fn a_pixel_between_the_texels_takes_the_visibility_nearest_in_depth() {
 fn two_dimensional_and_biased_textures_are_read_at_the_same_texels() {
     let context = Context::open(Backend::Egl).unwrap();
     let size = (31, 18);
-    // A step, so that one texel to the side would be another picture.
+    // A step in depth makes sure that reading one texel to the side would give another picture.
     let depth = Image::from_fn(31, 18, |x, y| if x > 14 && y > 6 { 4.0 } else { 5.0f32 });
     let view = ByHand { normals: depth.map(|_| [0.0, 0.0, -1.0]), depth, projection: perspective(60.0, size) };
     let settings = Settings { half_res: true, steps: 3, ..rig::float_settings(3.0) };
@@ -151,6 +152,7 @@ fn half_resolution_looks_like_full_resolution() {
     let [full, half] = [full, half].map(|settings| rig::render(context.gl(), &shot, (160, 120), &settings).ao);
     let squares = full.texels.iter().zip(&half.texels).map(|(a, b)| f64::from(a - b).powi(2));
     let rmse = (squares.sum::<f64>() / full.texels.len() as f64).sqrt();
-    // Measured: 0.017. Half a size is half the steps' resolution; the mean of A itself varies by 0.2 over the picture.
+    // The measured value is 0.017. At half the size the samples are half as finely placed. For comparison, A itself
+    // varies by 0.2 over the picture.
     assert!(rmse < 0.02, "{rmse}");
 }

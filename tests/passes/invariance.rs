@@ -1,5 +1,5 @@
-//! What must not change an image does not: the scale and place of the world, its mirror image, the picture's frame, and
-//! where samples can be made to lie on the same rays the picture's size.
+//! Some changes must not change the image: the scale and place of the world, its mirror image, the frame of the picture
+//! and, where samples can be made to lie on the same rays, the size of the picture.
 
 use crate::rig;
 use crate::rig::{Frame, Limits, SIZE, Shot, hold, scenes};
@@ -11,7 +11,7 @@ use hbao::reference;
 use hbao::scene::Lens;
 use hbao::settings::{Jitter, Method, Radius, Snap, TileKind};
 
-/// Coordinates that float32 and float64 hold with bits to spare, so that moving them rounds nothing.
+/// Rounds a shot to coordinates that float32 and float64 hold with bits to spare, so that a translation rounds nothing.
 fn coarse(shot: &Shot) -> Shot {
     let round = |p: DVec3| (p * 1024.0).round() / 1024.0;
     let mut shot = shot.clone();
@@ -30,7 +30,7 @@ fn hold_identical(got: &Frame, expected: &Frame, what: &str) {
     assert!(expected.raw.texels.iter().any(|&a| a < 0.95), "{what}");
 }
 
-/// Every method over shots in perspective and orthographic.
+/// Runs `body` for every method, with one shot in perspective and one that is orthographic.
 fn each_method(mut body: impl FnMut(&Context, &Shot, &Settings, &str)) {
     let context = Context::open(Backend::Osmesa).unwrap();
     for method in rig::methods() {
@@ -56,7 +56,8 @@ fn a_world_scaled_by_a_power_of_two_looks_the_same_to_the_bit() {
     });
 }
 
-/// Everything but what float32 may decide otherwise, by the twin; powers of ten are no powers of two.
+/// Factors that are not powers of two change how float32 rounds. Pixels where the twin says that float32 may decide
+/// otherwise are left out.
 #[test]
 fn a_world_far_smaller_or_larger_looks_the_same() {
     let context = Context::open(Backend::Osmesa).unwrap();
@@ -71,7 +72,7 @@ fn a_world_far_smaller_or_larger_looks_the_same() {
                 frame.depth.at(x, y).is_finite() && other.depth.at(x, y).is_finite() && !ambiguous.at(x, y)
             });
             let text = format!("{} by {factor}", shot.name);
-            // A pixel may see another triangle at an edge.
+            // At an edge, a pixel may see another triangle.
             let limits = Limits { tolerance: 1e-3, share: 0.001 };
             hold("raw", &other.raw, &frame.raw, &mask, limits, &text);
             hold("blurred", &other.ao, &frame.ao, &mask, Limits { share: 0.01, ..limits }, &text);
@@ -99,7 +100,8 @@ fn a_world_a_million_away_looks_the_same_to_the_bit() {
 fn a_mirrored_world_gives_the_mirrored_image_by_every_method() {
     each_method(|context, shot, settings, what| {
         if settings.method.facts().tile == TileKind::Vectors {
-            // Offsets in space, a cube's corners in a row of lengths, are not their own mirror image.
+            // The offsets of this method are points in space, at the corners of a cube with a series of lengths.
+            // Together they are not their own mirror image.
             return;
         }
         let settings = Settings { jitter: Jitter::None, ..settings.clone() };
@@ -112,13 +114,14 @@ fn a_mirrored_world_gives_the_mirrored_image_by_every_method() {
         let mask = Image::from_fn(raw.width, raw.height, |x, y| {
             frame.depth.at(x, y).is_finite() && depth.at(x, y).is_finite() && !ambiguous.at(x, y)
         });
-        // A pixel centre on an edge belongs to the left or right triangle, whichever is mirrored.
+        // A pixel centre that lies on an edge belongs to the triangle on one side, which is another triangle in the
+        // mirror.
         hold("mirrored", &raw, &frame.raw, &mask, Limits { tolerance: 1e-3, share: 0.005 }, what);
     });
 }
 
-/// The pixels of the two images are the same rays, whole periods of the tile apart: further than R from the border they
-/// must hold the same.
+/// The pixels of the small image have the same rays as pixels of the large one, and the offset is a whole number of
+/// tile periods. Farther than R from the border they must have the same values.
 #[test]
 fn a_smaller_field_of_view_crops_the_image() {
     const FULL: (u32, u32) = (120, 88);
@@ -126,7 +129,7 @@ fn a_smaller_field_of_view_crops_the_image() {
     let (left, low) = (((FULL.0 - PART.0) / 2) as usize, ((FULL.1 - PART.1) / 2) as usize);
     each_method(|context, shot, settings, what| {
         if !settings.method.reads("radius") {
-            // Its offsets are shares of the image, of which there is less.
+            // The offsets of this method are shares of the image, and this image shows less.
             return;
         }
         let mut full = shot.clone();
@@ -141,7 +144,7 @@ fn a_smaller_field_of_view_crops_the_image() {
         full.view.near = Some(1.0);
         full.view.far = Some(20.0);
         (part.view.near, part.view.far) = (full.view.near, full.view.far);
-        // At most 8 pixels or so.
+        // The radius is at most about 8 pixels.
         let settings = Settings { radius: Radius::Units(shot.radius * 0.2), steps: 3, blur: 3, ..settings.clone() };
         let frame = rig::render(context.gl(), &full, FULL, &settings);
         let cropped = rig::render(context.gl(), &part, PART, &settings);
@@ -156,7 +159,7 @@ fn a_smaller_field_of_view_crops_the_image() {
         });
         let limits = Limits { tolerance: 1e-3, share: 0.005 };
         hold("cropped", &cropped.raw, &of_full, &mask, limits, what);
-        // What the few others are spreads to their neighbours.
+        // The blur spreads the few pixels that differ, so their neighbours are left out too.
         let same = |x: usize, y: usize| (cropped.raw.at(x, y) - of_full.at(x, y)).abs() <= 1e-3;
         let all_same = Image::from_fn(mask.width, mask.height, |x, y| {
             mask.at(x, y) && (0..9).all(|i| same(x + i % 3 - 1, y + i / 3 - 1))
@@ -167,17 +170,19 @@ fn a_smaller_field_of_view_crops_the_image() {
     });
 }
 
-/// Where a texel of a small picture is the middle one of three by three of a large one, and a step is two texels in the
-/// one and six in the other along the axes, the samples lie on the same rays.
+/// In the large picture, 3 by 3 texels cover the area of one texel of the small picture, and the middle one has the
+/// same ray. A step along an axis is two texels in the small picture and six in the large one, so the samples lie on
+/// the same rays too.
 #[test]
 fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
     const SMALL: (u32, u32) = (47, 31);
     const LARGE: (u32, u32) = (3 * SMALL.0, 3 * SMALL.1);
     let context = Context::open(Backend::Osmesa).unwrap();
     let shot = scenes::box_on_a_floor().orthographic();
-    // Four steps of two texels, along the axes.
+    // This radius gives four steps of two texels, along the axes.
     let radius = 10.0 * shot.height / f64::from(SMALL.1);
-    // A micro-sphere stands for so many texels, of which there are nine times as many.
+    // The micro-sphere method is left out: each of its samples stands for a number of texels, and there are nine times
+    // as many texels.
     for method in rig::methods().filter(|&method| method.reads("snap") && method != Method::Microsphere) {
         for snap in [Snap::Step, Snap::Sample, Snap::None] {
             let few = Settings { directions: 4, steps: 4, ..rig::raw(method, radius) };
@@ -186,7 +191,8 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
             let [small, large] = [SMALL, LARGE].map(|size| rig::render(context.gl(), &shot, size, &settings));
             let middle = |image: &Image<f32>| Image::from_fn(47, 31, |x, y| image.at(3 * x + 1, 3 * y + 1));
             let (depth, raw) = (middle(&large.depth), middle(&large.raw));
-            // Samples are clamped to the border, which lies a third as far from the middle of its texel.
+            // Samples are clamped to the border texels. In the large picture, the centres of these are a third as far
+            // from the border.
             let inside = |x: usize, y: usize| (8..47 - 8).contains(&x) && (8..31 - 8).contains(&y);
             let mask = Image::from_fn(47, 31, |x, y| {
                 inside(x, y) && small.depth.at(x, y).is_finite() && depth.at(x, y).is_finite()
@@ -194,7 +200,8 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
             assert!((0..mask.texels.len()).any(|i| mask.texels[i] && raw.texels[i] < 0.9), "{what}");
             let one = small.depth.map(|_| 1.0);
             let relative = Image::from_fn(47, 31, |x, y| depth.at(x, y) / small.depth.at(x, y));
-            // At a silhouette the rasteriser's grid of 256 to a pixel is three times as fine.
+            // The rasteriser rounds vertices to 1/256 of a pixel. In the large picture this is three times as fine, so
+            // a few pixels at silhouettes differ.
             let limits = |tolerance| Limits { tolerance, share: 0.005 };
             hold("depth", &relative, &one, &mask, limits(1e-6), &what);
             hold("raw", &raw, &small.raw, &mask, limits(1e-3), &what);
@@ -202,14 +209,16 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
     }
 }
 
-/// Creases are found where they are however fine the picture, and R covers the same part of the world. Where a sample
-/// is held against the direction's tangent or a ray, and not its own texel's, a tilted plane occludes itself by half a
-/// texel: of the talk and of marched rays more is open in a finer picture.
+/// The creases and the part of the world that R covers do not depend on the size of the picture. But a method that
+/// compares a sample with the direction's tangent or with a ray, instead of with the tangent at the sample's own texel,
+/// lets a tilted plane occlude itself by up to half a texel. The talk's method and ray-march therefore give a more open
+/// image in a finer picture.
 #[test]
 fn twice_the_size_gives_nearly_the_same_mean() {
     each_method(|context, shot, settings, what| {
         if !settings.method.reads("radius") {
-            // Its offsets are shares of the picture; what rounds to P's own texel in a small one is not occluded.
+            // The offsets of this method are shares of the picture. In a small picture, a sample that rounds to P's own
+            // texel does not occlude P.
             return;
         }
         let radius = Radius::Units(1.5 * shot.radius);

@@ -1,5 +1,5 @@
-//! Each pass does what the papers and the specification say: one module for each promise, all in one program, so that
-//! what they share is compiled once and their tests fill every core.
+//! Tests that each pass does what the papers and the specification say. Each module tests one promise. All are compiled
+//! into one program, so that shared code is compiled once and the tests keep every core busy.
 
 #[path = "../rig/mod.rs"]
 mod rig;

@@ -1,6 +1,6 @@
-//! Where float32 and the narrower formats break, something is done about it: a better formulation, or a refusal. How
-//! far each pass is from float64 as the numbers go to their extremes is a section of `hbao paper`, held by
-//! tests/command/paper.rs.
+//! Where float32 and the narrower formats are not precise enough, the library uses a better formulation or refuses. How
+//! far each pass is from float64 as the numbers become extreme is a section of the report of `hbao paper`, which
+//! tests/command/paper.rs checks.
 
 use crate::rig;
 use crate::rig::{float_settings, scenes};
@@ -30,7 +30,8 @@ fn normals_are_as_true_from_afar_as_from_nearby() {
     let context = Context::open(Backend::Auto).unwrap();
     let shot = scenes::box_on_a_floor();
     let mut comparer = Comparer::new(context.gl(), (64, 48), &float_settings(shot.radius)).unwrap();
-    // From 1e4 away float32 has steps of 1e-3, and texels are 0.06 wide: a degree.
+    // At a distance of 1e4, float32 has steps of 1e-3 and a texel is 0.06 wide. Normals that are computed from such
+    // positions would be off by a degree.
     let narrow = Lens::FovY(1f64.to_radians());
     for (distance, lens) in
         [(5.0, Lens::Height(3.0)), (1e3, Lens::Height(3.0)), (1e4, Lens::Height(3.0)), (170.0, narrow)]
@@ -40,7 +41,7 @@ fn normals_are_as_true_from_afar_as_from_nearby() {
         let camera = view.camera(&shot.mesh, 64, 48).unwrap().0;
         let (found, _) = comparer.measure(&shot.mesh, &camera).unwrap();
         assert!(found.covered > 1000, "{found:?}");
-        // RGBA16F itself rounds by 0.02 degrees.
+        // RGBA16F itself rounds a normal by up to 0.02 degrees.
         assert!(found.normals.max < 0.05, "{distance}: {found:?}");
         assert!(found.depth.max < 3e-6, "{distance}: {found:?}");
     }
@@ -94,7 +95,7 @@ fn the_twins_compute_the_same_from_float32_and_from_the_same_numbers_in_float64(
     assert_eq!(of_wide, reference::visibility(&frame.inputs(), &settings).unwrap());
     let blurred = reference::blur::blur(&of_wide, &frame.depth, &[], &settings).unwrap();
     assert_eq!(reference::blur::blur(&of_wide, &depth, &[], &settings).unwrap(), blurred);
-    // What float32 cannot hold does count.
+    // The twins do react to differences that float32 cannot represent.
     let moved = depth.map(|z| if z.is_finite() { z * (1.0 + 1e-9 * (9.0 * z).sin()) } else { z });
     let wide = reference::TwinInputs { depth: &moved, ..wide };
     assert_ne!(of_wide, reference::visibility(&wide, &settings).unwrap());

@@ -1,8 +1,8 @@
-//! Every shader is GLSL 3.30 core by the letter of Khronos's reference compiler, which drivers are not held to.
+//! Every shader must be GLSL 3.30 core according to Khronos's reference compiler, which is stricter than drivers are.
 //!
-//! Needs `glslangValidator` (Debian: glslang-tools). Where it is missing the tests say so and pass, unless
-//! `HBAO_REQUIRE_TOOLS=1` is set, as continuous integration does. What is checked is what the library hands to the
-//! driver: Mesa writes it into the directory that `MESA_SHADER_DUMP_PATH` names.
+//! The tests need `glslangValidator` (Debian: glslang-tools). If it is missing, they report that and pass, unless
+//! `HBAO_REQUIRE_TOOLS=1` is set, as it is in continuous integration. They check the text that the library gives to the
+//! driver, which Mesa writes into the directory named by `MESA_SHADER_DUMP_PATH`.
 
 use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, orthographic, perspective};
@@ -18,31 +18,31 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// False where the compiler is missing and need not be there.
+/// False if the compiler is missing and not required.
 fn compiler_is_there() -> bool {
     if Command::new("glslangValidator").arg("--version").output().is_ok() {
         return true;
     }
     let required = std::env::var_os("HBAO_REQUIRE_TOOLS").is_some_and(|value| value == "1");
-    assert!(!required, "HBAO_REQUIRE_TOOLS is set, and there is no glslangValidator: install glslang-tools");
-    // Not by a macro, whose words the harness keeps to itself.
+    assert!(!required, "HBAO_REQUIRE_TOOLS is set, but glslangValidator is missing: install glslang-tools");
+    // The harness would capture what `eprintln!` writes, and nobody would see it.
     let skipped = "SKIPPED: no glslangValidator (Debian: glslang-tools), so no shader is checked against GLSL 3.30";
     let _ = writeln!(std::io::stderr(), "{skipped}");
     false
 }
 
-/// What the compiler says against these files, named .vert and .frag.
+/// Returns the compiler's error messages for these files, which are named .vert and .frag.
 fn complaints(files: &[PathBuf]) -> Result<(), String> {
     let output = Command::new("glslangValidator").args(files).output().unwrap();
     if output.status.success() { Ok(()) } else { Err(String::from_utf8_lossy(&output.stdout).into_owned()) }
 }
 
-/// The variable by which Mesa chooses its driver, and the one that interprets shaders.
+/// The variable by which Mesa chooses its driver, and the name of the driver that interprets shaders.
 const DRIVER: (&str, &str) = ("GALLIUM_DRIVER", "softpipe");
 
-/// Has the library compile every shader it has, for settings that use every switch. llvmpipe compiles those of the
-/// pipeline, some of which need several samples. Those for an application's own textures are the same text on every
-/// driver: softpipe compiles them, which is many times faster at that.
+/// Makes the library compile all its shaders, for settings that use every switch. llvmpipe compiles the pipeline's
+/// shaders, some of which need several samples per pixel. The shaders for an application's own textures have the same
+/// text on every driver. softpipe compiles those, because it does so many times faster.
 fn compile_everything() {
     if std::env::var_os(DRIVER.0).is_some_and(|driver| driver == DRIVER.1) {
         compile_for_all_textures();
@@ -71,7 +71,7 @@ fn compile_for_all_textures() {
     let context = Context::open(Backend::Osmesa).unwrap();
     assert!(context.describe().contains(DRIVER.1), "{}", context.describe());
     for projection in [perspective(60.0, (3, 2)), orthographic(1.0, (3, 2))] {
-        // Of the chapter's method, whose switches are the pipeline's too, the first settings are enough.
+        // The pipeline covers the switches of the chapter's method, so its first settings are enough here.
         let others = every_switch().into_iter().filter(|settings| settings.method != Method::Hbao);
         for settings in others.chain([every_switch()[0].clone()]) {
             compile_for_textures(context.gl(), projection, &settings);
@@ -92,7 +92,7 @@ fn compile_for_textures(gl: &std::sync::Arc<glow::Context>, projection: Projecti
     }
 }
 
-/// The dumped shaders, copied to names that say their stage, with their texts.
+/// Copies the dumped shaders to file names that show their stage. Returns these names and the texts.
 fn named_by_stage(dump: &Path, into: &Path) -> Vec<(PathBuf, String)> {
     let mut shaders = Vec::new();
     for entry in std::fs::read_dir(dump).unwrap() {
@@ -121,14 +121,14 @@ fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
     }
     in_own_process(TEST, &[dumped, (DRIVER.0, OsStr::new(DRIVER.1))], compile_everything);
     let shaders = named_by_stage(dump.path(), copies.path());
-    // Each file of glsl/ is in some shader, by its first line.
+    // The whole text of each file in glsl/ must be part of some shader.
     let glsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
     for folder in [glsl.clone(), glsl.join("shared")] {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_file() {
                 let text = std::fs::read_to_string(&path).unwrap();
-                assert!(shaders.iter().any(|(_, shader)| shader.contains(&text)), "{} is in none", path.display());
+                assert!(shaders.iter().any(|(_, shader)| shader.contains(&text)), "{} is in no shader", path.display());
             }
         }
     }
@@ -136,7 +136,8 @@ fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
     for (path, text) in &shaders {
         assert!(text.starts_with("#version 330 core\n"), "{}", path.display());
     }
-    // The G-buffer that writes biased normals: the last fallback, which no driver at hand needs.
+    // The last fallback of the G-buffer writes biased normals. No driver at hand needs it, so its switch is defined
+    // here.
     let gbuffers: Vec<_> =
         shaders.iter().filter(|(_, text)| text.contains("#ifdef NORMALS_BIASED\n    out_2")).collect();
     assert!(gbuffers.len() >= 4, "{} shaders of the G-buffer", gbuffers.len());
@@ -149,7 +150,7 @@ fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
     let paths: Vec<PathBuf> = shaders.iter().map(|(path, _)| path.clone()).collect();
     complaints(&paths).unwrap();
 
-    // A misspelt name, and functions that Mesa's compilers know from later versions only.
+    // The planted errors are an undeclared name, and functions that Mesa's compilers know only from later versions.
     for plant in
         ["float planted = undeclared;", "float planted = fma(1.0, 2.0, 3.0);", "uint planted = packUnorm2x16(vec2(0));"]
     {
@@ -163,7 +164,7 @@ fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
             let complaint = complaints(&[file]).expect_err(plant);
             assert!(complaint.contains("ERROR"), "{complaint}");
             caught += 1;
-            // One would do; a few show that it is not that one shader's doing.
+            // One shader would be enough. A few show that the result does not depend on that one shader.
             if caught == 4 {
                 break;
             }

@@ -1,5 +1,5 @@
-//! What ShaderX7 6.1 says of its method, and 6.2 against it, on surfaces of which the answer can be worked out by hand:
-//! by the shader and by its twin.
+//! What ShaderX7 6.1 says about its method, and what 6.2 says against it, on surfaces for which the answer can be
+//! derived by hand. The shader and its twin are both tested.
 
 use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, orthographic, perspective, read_red, rubble, slope};
@@ -11,24 +11,24 @@ use hbao::scene::Projection;
 use hbao::settings::{Jitter, Method, Radius, SsaoDepth, SsaoRotation, Toggle};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
 
-/// What single precision leaves of a share of samples.
+/// The error that single precision leaves in a share of samples.
 const FLOAT: f64 = 1e-6;
 
 const ROTATIONS: [SsaoRotation; 2] = [SsaoRotation::Matrix, SsaoRotation::Mirror];
 
-/// The accessibility itself: no curve, no blur, in float.
+/// The accessibility itself, without the curve and the blur, in float.
 fn plain() -> Settings {
     Settings { method: Method::Ssao, ssao_curve: Toggle::Off, msaa: 1, blur: 0, ..rig::float_settings(1.0) }
 }
 
-/// A surface that faces the eye wherever nothing is said of its normals.
+/// A surface with normals that face the eye; a caller may replace them.
 fn heights(projection: Projection, (width, height): (u32, u32), depth: impl FnMut(usize, usize) -> f64) -> ByHand {
     let mut depth = depth;
     let depth = Image::from_fn(width as usize, height as usize, |x, y| depth(x, y) as f32);
     ByHand { normals: depth.map(|_| [0.0, 0.0, -1.0]), depth, projection }
 }
 
-/// Of what both make of a view, the covered pixels are this.
+/// Checks that all covered pixels of a view have this value, for the shader and for the twin.
 #[track_caller]
 fn holds_everywhere(view: &ByHand, settings: &Settings, expected: f64) {
     let context = Context::open(Backend::Egl).unwrap();
@@ -53,8 +53,8 @@ fn variants() -> Vec<Settings> {
     all
 }
 
-/// Exact: corners that face each other stand on either side of the wall, whatever turns them, so in each octet four lie
-/// before it and four behind. At the border the texels beyond are those at it.
+/// The result is exact: opposite corners of a cube lie on opposite sides of the wall, whatever rotates them, so four of
+/// eight are in front of it and four behind it. Texels beyond the border are those at the border.
 #[test]
 fn half_the_samples_about_a_flat_wall_are_open_and_three_quarters_after_the_curve() {
     for projection in [perspective(60.0, SIZE), perspective(120.0, SIZE), orthographic(0.1, SIZE)] {
@@ -77,8 +77,8 @@ fn with_normals_a_wall_that_faces_the_camera_is_open() {
     }
 }
 
-/// A tilted one is not quite: where it comes nearer to the eye the range check takes open samples towards 0.5, and a
-/// sample whose offset runs along the wall may lie behind the texel that it is rounded to.
+/// A tilted wall is not quite open. Where it comes nearer to the eye, the range check moves open samples towards 0.5.
+/// And a sample whose offset runs along the wall may lie behind the texel that it is rounded to.
 #[test]
 fn with_normals_a_tilted_wall_is_nearly_open() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -97,7 +97,8 @@ fn with_normals_a_tilted_wall_is_nearly_open() {
             });
             wall.normals = wall.depth.map(|_| n.as_vec3().to_array());
             for (who, got) in wall.by_both(context.gl(), &settings) {
-                // Beyond the border the wall is not known to go on: 0.0936 of the picture away at most.
+                // Beyond the border the wall is unknown, so pixels are left out whose samples, up to 0.0936 of the
+                // picture away, may reach there.
                 let inner = |i: &usize| {
                     let (x, y) = (i % got.width, i / got.width);
                     (10..got.width - 10).contains(&x) && (6..got.height - 6).contains(&y)
@@ -111,20 +112,20 @@ fn with_normals_a_tilted_wall_is_nearly_open() {
     }
 }
 
-/// A wedge of 90 degrees in eye space whose edge runs across the picture, seen along the bisector: concave, or convex
-/// where `sign` is 1. The sphere of samples is one in eye space too, since the picture is as wide as 2 P.z.
+/// A wedge of 90 degrees in eye space whose edge runs across the picture, seen along its bisector. It is concave, or
+/// convex if `sign` is 1. The picture is 2 P.z wide, so that the sphere of samples is a sphere in eye space too.
 struct Wedge {
     sign: f64,
     perspective: bool,
-    /// The edge runs from left to right.
+    /// Whether the edge runs from left to right.
     level: bool,
     edge: usize,
 }
 
 impl Wedge {
-    /// Across the edge. So many that half a texel is little.
+    /// The number of texels across the edge, which is so large that half a texel is little.
     const ACROSS: u32 = 1203;
-    /// Of the edge.
+    /// The depth of the edge.
     const Z: f64 = 5.0;
 
     fn size(&self) -> (u32, u32) {
@@ -139,7 +140,8 @@ impl Wedge {
         }
     }
 
-    /// Depth over the edge's depth at `t` texels off the edge: z = Z + sign |X - X_edge| on the ray there.
+    /// Returns depth divided by the edge's depth, at `t` texels from the edge: z = Z + sign |X - X_edge| on the ray
+    /// there.
     fn depth(&self, t: f64) -> f64 {
         let texel = 2.0 / f64::from(Wedge::ACROSS);
         let a = (self.edge as f64 + 0.5) * texel - 1.0;
@@ -154,8 +156,8 @@ impl Wedge {
         })
     }
 
-    /// The least and the greatest accessibility of a texel of the edge, by the samples' exact positions moved by up to
-    /// half a texel: by rounding. 16 samples, turned by the tile's vector.
+    /// Returns the least and the greatest accessibility of a texel on the edge. Rounding may move each of its 16
+    /// samples, rotated by the tile's vector, by up to half a texel.
     fn bounds(&self, rotation: SsaoRotation, v: DVec3) -> DVec2 {
         let mut bounds = DVec2::ZERO;
         let corners = (0..8).map(|k| DVec3::new(f64::from(k / 4), f64::from(k / 2 % 2), f64::from(k % 2)) * 2.0 - 1.0);
@@ -178,12 +180,12 @@ impl Wedge {
     }
 }
 
-/// Figure 6.1.4: of solid there is 0.75 about a corner and 0.25 about an edge. Each of the 16 texels of the tile is
-/// held to its own 16 samples, worked out here: that is exact but for samples within half a texel of the surface. Their
-/// mean is what the paper's numbers are about, and only near them: the tile's 16 vectors leave an edge up to 0.02 off
-/// (over all vectors the matrix gives 0.235 and 0.765 in an orthographic view, the mirror 0.25 and 0.75), and in a
-/// corner the walls at either side are nearer than P, so that the range check takes up to 0.19 of each share towards
-/// 0.5.
+/// Figure 6.1.4: the solid share is 0.75 around a corner and 0.25 around an edge. Each of the tile's 16 texels is
+/// compared with its own 16 samples, which are computed here. This is exact except for samples within half a texel of
+/// the surface. The paper's numbers are about their mean, which is only near them for two reasons. The tile's 16
+/// vectors leave an edge up to 0.02 off (over all vectors, the matrix gives 0.235 and 0.765 in an orthographic view,
+/// and the mirror 0.25 and 0.75). And in a corner the walls on both sides are nearer than P, so that the range check
+/// moves each share by up to 0.19 towards 0.5.
 #[test]
 fn a_corner_is_a_quarter_open_and_an_edge_three_quarters() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -210,7 +212,7 @@ fn a_corner_is_a_quarter_open_and_an_edge_three_quarters() {
                         }
                     }
                 }
-                // Rounding to texels decides little.
+                // Rounding to texels has little influence.
                 assert!(gap < 0.035, "{gap}");
                 for mean in means {
                     let more = mean - paper;
@@ -219,7 +221,7 @@ fn a_corner_is_a_quarter_open_and_an_edge_three_quarters() {
                 }
                 by_rotation.push(means[0]);
             }
-            // The two rotations are different samples of one share.
+            // The two rotations sample the same share in different ways.
             let apart = (by_rotation[0] - by_rotation[1]).abs();
             assert!(apart > 0.0 && apart < 0.03, "{by_rotation:?}");
         }
@@ -238,26 +240,28 @@ fn mirrored_offsets_are_others_than_turned_ones() {
     assert!((mean(&turned) - mean(&mirrored)).abs() < 0.01);
 }
 
-/// A floor that faces the eye, seen straight on, and what stands on it: columns of texels so many texels high.
+/// A floor that faces the eye, seen straight on, with columns of texels of these heights on it.
 fn floor(height_at: impl Fn(usize) -> f64) -> ByHand {
     const SIZE: (u32, u32) = (401, 5);
-    // A texel is 1 unit wide and the picture 2 P.z, so that the samples fill a sphere.
+    // A texel is 1 unit wide and the picture is 2 P.z wide, so that the samples fill a sphere.
     heights(orthographic(1.0, SIZE), SIZE, |x, _| 200.5 - height_at(x))
 }
 
-/// Figure 6.2.4: S is above the height field, and a ridge that no sample falls on hides it from P. `ssao` calls it
-/// open, and HBAO finds the ridge on its way.
+/// Figure 6.2.4: S is above the height field, but a ridge hides it from P, and no sample falls on the ridge. `ssao`
+/// counts S as open. HBAO finds the ridge on its way.
 #[test]
 fn a_sample_hidden_from_p_by_a_ridge_counts_as_open_where_hbao_is_occluded() {
     const P: usize = 150;
     let ridge = |x: usize| if (P + 3..P + 8).contains(&x) { 12.0 } else { 0.0 };
     let (flat, ridged) = (floor(|_| 0.0), floor(ridge));
-    // Offsets of 8 samples without jitter: l_i / sqrt 3 along each axis. To the right and above the floor are 5 and 7.
+    // Without jitter, the offsets of the 8 samples are l_i / sqrt 3 along each axis. Samples 5 and 7 are to the right
+    // and above the floor.
     let settings = Settings { ssao_samples: 8, jitter: Jitter::None, ssao_rotation: SsaoRotation::Matrix, ..plain() };
     for i in [5, 7] {
         let offset = 0.01 * 1.3f64.powi(i) / 3f64.sqrt() * 401.0;
         let at = P + (offset + 0.5).floor() as usize;
-        // Above the height field as the depth image has it, and below the ridge's top on the way there, at 45 degrees.
+        // The sample is above the height field of the depth image, but below the ridge's top on the way there at 45
+        // degrees.
         assert!(ridge(at) < offset && (P + 1..at).any(|x| ridge(x) > (x - P) as f64), "sample {i} at {at}");
     }
     let context = Context::open(Backend::Egl).unwrap();
@@ -266,7 +270,7 @@ fn a_sample_hidden_from_p_by_a_ridge_counts_as_open_where_hbao_is_occluded() {
     let at_p = |view: &ByHand, settings: &Settings| view.by_both(context.gl(), settings).map(|(_, a)| a.at(P, 2));
     assert_eq!(at_p(&flat, &settings), [0.5; 2]);
     assert_eq!(at_p(&ridged, &settings), [0.5; 2]);
-    // One direction of four meets the ridge first at 4 texels: sin phi = 12 / sqrt(4^2 + 12^2), W = 1 - 160 / 26^2.
+    // One direction of four meets the ridge, first at 4 texels: sin phi = 12 / sqrt(4^2 + 12^2), W = 1 - 160 / 26^2.
     let occlusion = 12.0 / 160f64.sqrt() * (1.0 - 160.0 / 676.0) / 4.0;
     for a in at_p(&ridged, &hbao) {
         assert!((a - (1.0 - occlusion)).abs() < 1e-4, "{a} is not {}", 1.0 - occlusion);
@@ -274,8 +278,9 @@ fn a_sample_hidden_from_p_by_a_ridge_counts_as_open_where_hbao_is_occluded() {
     assert!(at_p(&flat, &hbao).iter().all(|a| (a - 1.0).abs() < 1e-5));
 }
 
-/// Depth range check: about a texel at depth 100, at the bottom of a pit as wide as itself, all is solid; where the
-/// surface is twice as near as P or more, nothing is known, and half is taken to be open.
+/// The section on the depth range check. A texel at depth 100 is the bottom of a pit that is one texel wide, so
+/// everything around it is solid. If the surroundings are at half of P's depth or nearer, nothing is known about the
+/// space behind them, and half of it is taken to be open.
 #[test]
 fn what_is_far_nearer_than_p_leaves_it_half_open() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -291,7 +296,7 @@ fn what_is_far_nearer_than_p_leaves_it_half_open() {
 
 #[test]
 fn background_is_open_even_where_it_stands_for_a_depth_that_a_sample_exceeds() {
-    // As 16-bit depth holds it: samples about a surface at 59000 reach past 60000.
+    // This is background as 16-bit depth holds it. Samples around a surface at 59000 reach beyond 60000.
     let view = heights(orthographic(1.0, SIZE), SIZE, |x, y| if (x, y) == (50, 30) { 59_000.0 } else { 60_000.0 });
     let context = Context::open(Backend::Egl).unwrap();
     let textures = Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed);
@@ -302,9 +307,9 @@ fn background_is_open_even_where_it_stands_for_a_depth_that_a_sample_exceeds() {
     assert_eq!(got, vec![1.0; view.depth.texels.len()]);
 }
 
-/// Edge-preserving blur: where the surface is the same along a column, its pixels see the same through every fourth
-/// row's vectors, and a mean over 4x4 pixels meets each of the sixteen once. On the wall that faces the camera there is
-/// no noise to begin with; beside a step there is much.
+/// The section on the edge-preserving blur. Where the surface is the same along a column, every fourth row uses the
+/// same vectors, and a mean over 4x4 pixels has each of the sixteen vectors once. A wall that faces the camera has no
+/// noise in the first place, but beside a step there is much.
 #[test]
 fn the_blur_of_4x4_leaves_no_noise_where_the_surface_is_the_same() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -312,7 +317,7 @@ fn the_blur_of_4x4_leaves_no_noise_where_the_surface_is_the_same() {
     for projection in [perspective(60.0, size), orthographic(0.1, size)] {
         let step = heights(projection, size, |x, _| if x < 48 { 5.0 } else { 5.6 });
         for settings in variants().into_iter().filter(|s| s.ssao_samples == 16) {
-            // All of the step within the blur's reach in depth, and then none of it.
+            // The step is first within the blur's reach in depth, and then beyond it.
             for sigma in [None, Some(0.1)] {
                 let settings = Settings { blur_depth_sigma: sigma, ..settings.clone() };
                 let blurred = Settings { blur: 9, ..settings.clone() };
@@ -336,17 +341,17 @@ fn the_blur_of_4x4_leaves_no_noise_where_the_surface_is_the_same() {
     }
 }
 
-/// Edge-preserving blur: only pixels with a similar depth are blended.
+/// The section on the edge-preserving blur: only pixels with a similar depth are blended.
 #[test]
 fn the_blur_of_4x4_does_not_cross_a_step_deeper_than_sigma() {
     let context = Context::open(Backend::Egl).unwrap();
     let step = |far: f64| heights(orthographic(0.1, SIZE), SIZE, move |x, _| if x < 48 { 5.0 } else { far });
-    // A quarter of the depth 2 P.z l_n of the farthest sample.
+    // Sigma is a quarter of 2 P.z l_n, the depth of the farthest sample.
     let settings = Settings { blur: 9, jitter: Jitter::None, ..plain() };
     let sigma = 5.0 * 2.0 * 0.01 * 1.15f64.powi(16) / 4.0;
     for (who, crossed) in step(5.0 + 0.99 * sigma).by_both(context.gl(), &settings) {
         let raw = step(5.0 + 0.99 * sigma).by_twin(&Settings { blur: 0, ..settings.clone() });
-        // Without jitter a row is what it is: four columns of it, equally.
+        // Without jitter all pixels of a column are equal, so the mean is that of four columns.
         let mean = (46..50).map(|x| raw.at(x, 30)).sum::<f64>() / 4.0;
         assert!((crossed.at(48, 30) - mean).abs() < FLOAT && raw.at(47, 30) != raw.at(48, 30), "{who}");
     }
@@ -365,12 +370,12 @@ fn at_half_resolution_the_blur_of_4x4_meets_each_texel_of_the_tile_once() {
     for (who, image) in step.by_both(context.gl(), &settings) {
         assert_eq!((image.width, image.height), (97, 41));
         for x in 0..97 {
-            // Two half texels from the border, all taps are inside.
+            // These rows are at least two texels of half resolution from the border, so all taps are inside.
             for y in 5..35 {
                 assert!((image.at(x, y) - image.at(x, 5)).abs() < FLOAT, "{who} {x} {y}");
             }
         }
-        assert!((20..70).any(|x| (image.at(x, 20) - 0.5).abs() > 0.05), "{who}: nothing to be seen");
+        assert!((20..70).any(|x| (image.at(x, 20) - 0.5).abs() > 0.05), "{who}: no occlusion is visible");
     }
 }
 
@@ -399,7 +404,7 @@ fn extremes_stay_finite_within_0_and_1_and_match_the_twin() {
                     let view = rubble(size, projection, seed, depths.clone());
                     let text = format!("{size:?} {projection:?} {depths:?} {seed}\n{}", settings.to_toml());
                     let tile = rotation_tile(settings);
-                    // Finite, within [0, 1], and background 1: that is held too.
+                    // This also checks that values are finite and in [0, 1], and that background is 1.
                     let got = view.by_shader(context.gl(), settings);
                     twin::hold_visibility(&got, &view.twin_inputs(&tile), settings, &text);
                 }

@@ -1,4 +1,4 @@
-//! Ambient occlusion in somebody else's context: all state is as it was, whatever it was, and does not show in the
+//! Ambient occlusion in an application's context: all state is restored, whatever it was, and it does not affect the
 //! result.
 
 mod report;
@@ -21,7 +21,7 @@ use unusual::disturb;
 
 const SIZE: (u32, u32) = (37, 23);
 
-/// A floor with a step in it and background above.
+/// A floor with a step in it, and background above.
 fn view() -> ByHand {
     let projection = perspective(60.0, SIZE);
     let depth = Image::from_fn(SIZE.0 as usize, SIZE.1 as usize, |x, y| {
@@ -35,25 +35,25 @@ fn view() -> ByHand {
     ByHand { normals: depth.map(|_| [0.0, 1.0, 0.0]), depth, projection }
 }
 
-/// What may be as OpenGL starts out, after [`disturb`]: constants, what cannot be had beside something else that is
-/// unusual, and what belongs to an object, not to the context.
+/// True for state that may have OpenGL's initial value even after [`disturb`]: constants, state that cannot be combined
+/// with other unusual state, and state that belongs to an object and not to the context.
 fn may_be_as_it_was(name: &str) -> bool {
     const CONSTANTS: [&str; 12] = [
-        "COLOR_BUFFER_BIT", // by its number Mesa takes it for a parameter
+        "COLOR_BUFFER_BIT", // Mesa takes this number for a parameter
         "COMPRESSED_TEXTURE_FORMATS",
         "CONTEXT_FLAGS",
         "CONTEXT_PROFILE_MASK",
         "DOUBLEBUFFER",
         "MAJOR_VERSION",
         "MINOR_VERSION",
-        "SAMPLES", // of the framebuffer, as is the next
+        "SAMPLES", // belongs to the framebuffer, like the next one
         "SAMPLE_BUFFERS",
         "STEREO",
         "SUBPIXEL_BITS",
         "UNIFORM_BUFFER_OFFSET_ALIGNMENT",
     ];
     const EXCLUDED: [&str; 4] = ["CURRENT_QUERY of ANY_SAMPLES_PASSED", "BLEND[1]", "BLEND[4]", "BLEND[7]"];
-    // The arrays are normalised, which those of integers are not.
+    // The attribute arrays here are normalised, so they cannot be arrays of integers.
     let prefixes = ["MAX_", "MIN_", "NUM_", "QUERY_COUNTER_BITS", "VERTEX_ATTRIB_ARRAY_INTEGER"];
     let limit = prefixes.iter().any(|prefix| name.starts_with(prefix))
         || name.ends_with("_GRANULARITY")
@@ -62,7 +62,7 @@ fn may_be_as_it_was(name: &str) -> bool {
     limit || object || CONSTANTS.contains(&name) || EXCLUDED.contains(&name)
 }
 
-/// A context whose state is unusual, all of it: what is not must be known to have one value only.
+/// Makes a context in which all state is unusual, except for state that is known to have only one possible value.
 fn unusual_state(context: &Context) -> (Reporter, State) {
     let reporter = Reporter::new(context);
     let clean = reporter.state();
@@ -72,11 +72,11 @@ fn unusual_state(context: &Context) -> (Reporter, State) {
         .filter(|(name, value)| before.get(*name) == Some(value) && !may_be_as_it_was(name))
         .map(|(name, _)| name.as_str())
         .collect();
-    assert!(same.is_empty(), "as OpenGL starts out: {same:?}");
+    assert!(same.is_empty(), "this state has its initial value: {same:?}");
     (reporter, before)
 }
 
-/// The red channel of a result, by a read that leaves the state as it was.
+/// Reads the red channel of a result without changing the state.
 fn read_red_undisturbed(gl: &glow::Context, image: TextureRef, texels: usize) -> Vec<f32> {
     const PACK: [(u32, i32); 6] = [
         (glow::PACK_ALIGNMENT, 4),
@@ -121,7 +121,7 @@ fn settings() -> Settings {
 fn what_the_sweep_finds_is_what_the_specification_lists() {
     let context = Context::open(rig::BOTH[0]).unwrap();
     let state = Reporter::new(&context).state();
-    // One of each table of its chapter 6.2, and of each getter.
+    // The list has one name of each table in chapter 6.2 of the specification, and of each getter.
     for name in [
         "VIEWPORT",
         "PROVOKING_VERTEX",
@@ -153,7 +153,7 @@ fn what_the_sweep_finds_is_what_the_specification_lists() {
 
 #[test]
 fn all_state_is_put_back_and_none_shows_in_the_result() {
-    // The second has a pass more, and a texture unit; the third surfaces of three sizes.
+    // The second settings have one more pass and texture unit. The third have targets of three sizes.
     let ssao = Settings { method: Method::Ssao, ssao_depth: SsaoDepth::Half, ..settings() };
     let half = Settings { half_res: true, radius: Radius::Units(4.0), steps: 3, strength: 3.0, ..settings() };
     for settings in [settings(), ssao, half] {
@@ -192,7 +192,7 @@ fn hold_state(settings: &Settings) {
     }
 }
 
-/// Edges are marked in the stencil, and the blur reads multisample textures.
+/// Here edges are marked in the stencil buffer, and the blur reads multisample textures.
 #[test]
 fn all_state_is_put_back_with_depth_samples_too() {
     for backend in rig::BOTH {
@@ -213,14 +213,15 @@ fn all_state_is_put_back_with_depth_samples_too() {
     }
 }
 
-/// With the caller's way to pack pixels, what is read back would be wrong, or written past its end.
+/// If the caller's pack parameters were used, the values read back would be wrong, or written past the end of the
+/// buffer.
 #[test]
 fn formats_are_tried_whatever_the_caller_packs() {
     let context = Context::open(rig::BOTH[0]).unwrap();
     let (gl, reporter) = (context.gl(), Reporter::new(&context));
     let expected = Format::ALL.map(|(format, _)| format_renders(gl, format).unwrap());
     assert!(expected.contains(&true));
-    // SAFETY: the context is current, and nothing is read by the caller.
+    // SAFETY: the context is current, and the caller reads nothing.
     unsafe {
         gl.pixel_store_i32(glow::PACK_SKIP_PIXELS, 100_000);
         gl.pixel_store_i32(glow::PACK_ROW_LENGTH, 77);
@@ -243,7 +244,8 @@ fn limits_are_asked_for_without_a_trace() {
     assert_same(&before, &reporter.state(), "check_size");
 }
 
-/// The reference is reported within the range of the framebuffer's stencil, which may have none: not what was set.
+/// OpenGL reports the stencil reference clamped to the range of the framebuffer's stencil buffer. If there is no such
+/// buffer, it does not report the value that was set.
 #[test]
 fn a_stencil_reference_outlives_a_framebuffer_without_stencil() {
     for backend in rig::BOTH {
@@ -269,7 +271,7 @@ fn a_stencil_reference_outlives_a_framebuffer_without_stencil() {
     }
 }
 
-/// A refusal leaves by another way out.
+/// A render that is refused returns early, on other paths than one that succeeds.
 #[test]
 fn state_is_put_back_after_an_error_too() {
     let context = Context::open(rig::BOTH[0]).unwrap();
@@ -278,7 +280,7 @@ fn state_is_put_back_after_an_error_too() {
     let mut textures = Textures::new(gl, &view, TextureTarget::Rectangle, NormalEncoding::Signed);
     let (reporter, before) = unusual_state(&context);
     let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), &settings()).unwrap();
-    // A rectangle texture that is said to be two-dimensional.
+    // A rectangle texture is declared as two-dimensional.
     textures.inputs.depth.target = TextureTarget::Texture2d;
     let error = ao.render(&textures.inputs).unwrap_err();
     assert!(error.to_string().contains("invalid operation"), "{error}");
@@ -292,7 +294,8 @@ fn state_is_put_back_after_an_error_too() {
     assert_same(&before, &reporter.state(), "a refused projection");
 }
 
-/// OpenGL 3.3 cannot pause it, and then refuses any other program: what is drawn would be the caller's.
+/// OpenGL 3.3 cannot pause transform feedback, and while it is active it refuses another program. The passes would draw
+/// with the caller's program.
 #[test]
 fn transform_feedback_under_way_is_refused_and_goes_on() {
     for backend in rig::BOTH {
@@ -325,7 +328,8 @@ fn transform_feedback_under_way_is_refused_and_goes_on() {
     }
 }
 
-/// It goes when another takes its place, so that it cannot be put back; what was drawn is right all the same.
+/// A deleted program ceases to exist when another one is put in use, so it cannot be restored. The result must still be
+/// correct.
 #[test]
 fn a_program_that_was_deleted_while_in_use_is_no_error() {
     let context = Context::open(rig::BOTH[0]).unwrap();

@@ -1,5 +1,5 @@
-//! Ray-traced ambient occlusion is the truth that all else is measured against: it meets closed forms within the noise
-//! that it states, and a brute-force tracer of another kind agrees with it ray by ray.
+//! Everything else is measured against ray-traced ambient occlusion. These tests check that it matches closed forms
+//! within the noise that it states, and that a brute-force tracer of another kind agrees with it ray by ray.
 
 use crate::rig;
 use crate::rig::random::Draw;
@@ -10,7 +10,7 @@ use hbao::reference::truth::{Traced, Truth};
 use hbao::scene::{Camera, Lens, Mesh, Scene, View};
 use hbao::settings::{Attenuation, Radius};
 
-/// Far enough for a plane to be without end.
+/// A distance that is large enough for a plane to count as infinite.
 const FAR: f64 = 1e3;
 
 fn mesh(quads: &[[DVec3; 4]]) -> Mesh {
@@ -20,20 +20,20 @@ fn mesh(quads: &[[DVec3; 4]]) -> Mesh {
     Mesh::new(positions, triangles.collect()).unwrap()
 }
 
-/// A camera whose middle pixel looks at `target` from `eye`.
+/// A camera with one pixel that looks from `eye` at `target`.
 fn camera(mesh: &Mesh, eye: DVec3, target: DVec3) -> Camera {
     let lens = Some(Lens::FovY(10f64.to_radians()));
     let view = View { eye: Some(eye), target: Some(target), lens, near: Some(1e-3), ..View::default() };
     view.camera(mesh, 1, 1).unwrap().0
 }
 
-/// A of one point, by so many rays, and its noise.
+/// Returns A at one point, computed with this number of rays, and its noise.
 fn at(mesh: &Mesh, eye: DVec3, target: DVec3, settings: &Settings, rays: u32) -> (f64, f64) {
     let camera = camera(mesh, eye, target);
     let truth = Truth::new(mesh, &camera, (1, 1), settings, rays).unwrap();
     let Traced { visibility, covered, .. } = truth.trace(&[0], |_| {});
     assert_eq!(covered, [true]);
-    // Two halves of one pixel say little about the noise: of a share of N random rays it is at most 1/2 sqrt(1/N).
+    // The noise cannot be estimated from one pixel. For a share of N random rays it is at most 1/2 sqrt(1/N).
     (visibility[0], 0.5 / f64::from(rays).sqrt())
 }
 
@@ -81,7 +81,7 @@ fn a_wedge_is_open_by_its_angle() {
             [-along, up - along, up + along, along],
         ]);
         let target = dvec3(1.0, 0., 0.);
-        // From within the wedge.
+        // The eye is inside the wedge.
         let eye = target + 0.4 * delta.sin().min(0.5) * dvec3((delta / 2.0).cos(), (delta / 2.0).sin(), 0.1);
         let (a, noise) = at(&wedge, eye, target, &of(1e6, Attenuation::None), 16384);
         let expected = delta / std::f64::consts::PI;
@@ -89,7 +89,7 @@ fn a_wedge_is_open_by_its_angle() {
     }
 }
 
-/// A sphere of so many rows of quads, slightly smaller than the true one.
+/// A sphere made of 64 rows of quads. It is slightly smaller than the true sphere.
 fn sphere(centre: DVec3, radius: f64) -> Vec<[DVec3; 4]> {
     const ROWS: usize = 64;
     let point = |column: usize, row: usize| {
@@ -108,7 +108,7 @@ fn sphere(centre: DVec3, radius: f64) -> Vec<[DVec3; 4]> {
 fn a_sphere_above_a_plane_hides_its_solid_angle() {
     for (s, l) in [(0.5, 2.0), (0.9, 1.0), (0.2, 3.0f64)] {
         let mut quads = vec![[dvec3(-9., 0., -9.), dvec3(9., 0., -9.), dvec3(9., 0., 9.), dvec3(-9., 0., 9.)]];
-        // Not straight above, and wholly above the plane all the same.
+        // The sphere is not straight above the point, but still entirely above the plane.
         let centre = l * dvec3(0.3, (1.0f64 - 0.09).sqrt(), 0.0);
         assert!(centre.y > s);
         quads.extend(sphere(centre, s));
@@ -128,7 +128,7 @@ fn both_sides_of_a_triangle_occlude_and_are_seen() {
     let see = |mesh: &Mesh, eye: DVec3| at(mesh, eye, target, &settings, 4096).0;
     let [above, below] = [dvec3(1.6, 3., 0.5), dvec3(1.6, -3., 0.5)];
     assert_eq!(see(&corner, above), see(&turned.unwrap(), above));
-    assert_eq!(see(&corner, below), 1.0, "the floor's underside sees nothing");
+    assert_eq!(see(&corner, below), 1.0, "nothing occludes the underside of the floor");
 }
 
 #[test]
@@ -146,9 +146,9 @@ fn the_noise_said_is_the_noise_there_is_and_falls_with_more_rays() {
         let squares = some.visibility.iter().zip(&best.visibility).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let covered = best.covered.iter().filter(|&&covered| covered).count();
         let noise = (squares / covered as f64).sqrt();
-        // Some 240 pixels tell their own variance to a tenth.
-        assert!((noise / some.noise_rmse - 1.0).abs() < 0.3, "{rays}: {noise}, said {}", some.noise_rmse);
-        // Strata do better than the half that four times as many random rays leave.
+        // From some 240 pixels, the variance is known to about a tenth.
+        assert!((noise / some.noise_rmse - 1.0).abs() < 0.3, "{rays}: {noise}, but {} is stated", some.noise_rmse);
+        // Four times as many independent random rays would halve the noise. Stratified rays reduce it further.
         assert!(some.noise_rmse < 0.5 * previous, "{rays}: {} after {previous}", some.noise_rmse);
         previous = some.noise_rmse;
     }
@@ -181,7 +181,8 @@ fn an_odd_number_of_rays_and_a_radius_in_percent_are_refused() {
     assert!(Truth::new(&scene.mesh, &camera, (4, 4), &Settings::default(), 4).is_err());
 }
 
-/// Another way to meet a triangle: by edges and determinants (Moller and Trumbore 1997), without any hierarchy.
+/// Intersects triangles in another way: with edges and determinants (Moller and Trumbore 1997), and without a
+/// hierarchy.
 fn brute_force(mesh: &Mesh, origin: DVec3, ray: DVec3, farthest: f64, but: usize) -> Option<f64> {
     let meet = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
@@ -208,14 +209,14 @@ fn a_brute_force_tracer_agrees_ray_by_ray() {
         let mut draw = Draw::new(11);
         let (mut rays, mut hits) = (0, 0);
         for _ in 0..20_000 {
-            // From anywhere on a triangle, not only what the camera sees, in any direction.
+            // The ray starts anywhere on a triangle, visible to the camera or not, and has any direction.
             let own = (draw.unit() * shot.mesh.triangles.len() as f64) as usize;
             let [a, b, c] = shot.mesh.triangles[own].map(|i| shot.mesh.positions[i as usize]);
             let (u, v) = (draw.unit(), draw.unit());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let point = a + u * (b - a) + v * (c - a);
             let ray = DVec3::new(draw.signed(), draw.signed(), draw.signed());
-            // In the plane itself, rounding decides.
+            // For a ray in the plane of its own triangle, rounding would decide the result.
             if ray.length() < 0.1 || ray.normalize().dot(tracer.normal(own)).abs() < 1e-3 {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Every pass on the GPU is held to its float64 twin, over scenes, projections, drivers and settings.
+//! Every pass on the GPU is compared with its float64 twin, over scenes, projections, drivers and settings.
 
 use crate::rig;
 use crate::rig::by_hand::{self, ByHand, Textures, rubble};
@@ -15,7 +15,7 @@ use hbao::settings::{
 use hbao::{AmbientOcclusion, Apply, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
 use std::collections::BTreeSet;
 
-/// One frame to be held to its twins.
+/// One frame that is compared with its twins.
 struct Case {
     backend: Backend,
     shot: Shot,
@@ -32,14 +32,14 @@ impl Case {
     }
 }
 
-/// Cases of the chapter's method.
+/// The number of cases of the chapter's method.
 const CASES: usize = 64;
-/// Cases of each of the others.
+/// The number of cases of each of the other methods except ssao.
 const OTHERS: usize = 8;
-/// Cases of ssao, which reads knobs of its own.
+/// The number of cases of ssao, which has knobs of its own.
 const SSAO: usize = 32;
 
-/// The methods but the chapter's and ssao.
+/// All methods except the chapter's and ssao.
 fn others() -> Vec<Method> {
     Method::ALL.iter().copied().filter(|&method| method != Method::Hbao && method != Method::Ssao).collect()
 }
@@ -47,17 +47,17 @@ fn others() -> Vec<Method> {
 /// Cases that cover every value of every switch, and many combinations.
 fn cases() -> Vec<Case> {
     let mut draw = Draw::new(20_080_602);
-    // Knobs that came later, drawn apart: the cases that were there stay as they were.
+    // Knobs that were added later are drawn from a second sequence, so that the earlier choices stay the same.
     let mut later = Draw::new(20_090_216);
     let (shots, others) = (scenes::all(), others());
     let plain = CASES + OTHERS * others.len();
     let case = |i: usize| {
         let shot = shots[i % shots.len()].clone();
         let shot = if (i / shots.len()).is_multiple_of(2) { shot } else { shot.orthographic() };
-        // A row of a floor has one depth, and the pixels of a row share ssao's offsets four by four: one tie would be
-        // that of all. So the camera is rolled.
+        // In a row of a floor all pixels have the same depth, and every fourth pixel has the same offsets of ssao. One
+        // tie would be a tie of all these, so the camera is rolled.
         let shot = if i < plain { shot } else { shot.rolled() };
-        // Far below a texel or so, the usual, and beyond the scene.
+        // The radius is about a texel or far less, or usual, or larger than the scene.
         let radius = shot.radius * draw.one(&[0.03, 0.5, 1.0, 1.0, 100.0]);
         let settings = Settings {
             radius: Radius::Units(radius),
@@ -92,9 +92,9 @@ fn cases() -> Vec<Case> {
             ssao_normals: *later.one(&[Toggle::Off, Toggle::On]),
             ssao_curve: *later.one(&[Toggle::Off, Toggle::On]),
         };
-        // The twin takes as long as there are samples.
+        // The twin takes time in proportion to the number of samples.
         let size = if settings.method.samples(&settings) > 300 { (33, 21) } else { SIZE };
-        // The ambient share of an edge is the mean of its samples' shares, which nothing here reads back.
+        // The ambient share of an edge pixel is the mean over its samples, which this test does not read back.
         let applies = if settings.msaa == 1 { &[Apply::All, Apply::Ambient][..] } else { &[Apply::All] };
         Case { backend: *draw.one(&rig::BOTH), shot, size, settings, apply: *draw.one(applies) }
     };
@@ -102,7 +102,8 @@ fn cases() -> Vec<Case> {
 }
 
 fn hold_composite(frame: &Frame, case: &Case) {
-    // The shade's ambient part is what is left of it where no light falls: its share follows from normal and light.
+    // The ambient part of a shade is what remains where no light falls. Its share follows from the normal and the
+    // light.
     let light = DVec3::new(-2.0, 3.0, -3.5).normalize();
     for channel in 0..3 {
         let expected = Image::from_fn(frame.depth.width, frame.depth.height, |x, y| {
@@ -111,20 +112,20 @@ fn hold_composite(frame: &Frame, case: &Case) {
                 Apply::All => 1.0,
                 Apply::Ambient => 0.4 / (0.4 + 0.6 * n.dot(light).max(0.0)),
             };
-            // At half resolution without a blur, nothing brought it to full size.
+            // At half resolution without a blur, the image is not brought to full size.
             let texel = if frame.ao.width == frame.depth.width { [x, y] } else { [x / 2, y / 2] };
             let ao = frame.ao.at(texel[0], texel[1]);
             let visibility = 1.0 - share * (1.0 - f64::from(ao));
             f64::from(frame.colour.at(x, y)[channel]) / 255.0 * visibility
         });
         let got = frame.composite.map(|c| f64::from(c[channel]) / 255.0);
-        // Three roundings to 8 bits: the image's, the ambient share's, and the normal's, here read back.
+        // Three values are rounded to 8 bits: the image, the ambient share, and the normal that is read back here.
         let limits = everywhere(2.0 / 255.0);
         hold("composite", &got, &expected, &got.map(|_| true), limits, &case.text());
     }
 }
 
-/// Every fourth case from `start`: tests run side by side.
+/// Checks every fourth case from `start`, so that four tests can run side by side.
 fn hold_cases_from(start: usize) {
     let (mut frames, mut occluded) = (0, 0);
     for case in cases().into_iter().skip(start).step_by(4) {
@@ -139,7 +140,7 @@ fn hold_cases_from(start: usize) {
         twin::hold_blur(&frame, &case.settings, &text);
         hold_composite(&frame, &case);
     }
-    // A comparison of images that are 1 all over would say little.
+    // Comparing images that are 1 everywhere would show little.
     assert!(occluded * 4 >= frames, "{occluded} of {frames} frames have any occlusion");
 }
 
@@ -183,7 +184,7 @@ fn the_cases_cover_every_value_of_every_switch() {
             assert!(used.contains(&value), "no case has {} = {value}", knob.name);
         }
     }
-    // What ssao alone reads must differ where it runs: each value of a knob with each of every other.
+    // The knobs that only ssao reads must vary in its cases: each value of each of them with each value of every other.
     let own: Vec<&Knob> = KNOBS.iter().filter(|knob| knob.name.starts_with("ssao-")).collect();
     let values = |knob: &Knob| match knob.kind {
         Kind::Word(names) => names.iter().map(|&name| name.into()).collect(),
@@ -205,7 +206,7 @@ fn the_cases_cover_every_value_of_every_switch() {
         let (yes, no): (Vec<&Case>, Vec<&Case>) = on_backend.partition(perspective);
         assert!(yes.len() > 8 && no.len() > 8);
     }
-    // The formats that round say less.
+    // The formats that round are less strict tests, so many cases must use R32F.
     assert!(cases.iter().filter(|case| case.settings.ao_format == AoFormat::R32f).count() > CASES / 3);
 }
 
@@ -228,7 +229,7 @@ fn the_default_settings_match_on_every_scene_projection_and_driver() {
     }
 }
 
-/// Thousands of triangles, most of them small, and surfaces at all angles.
+/// The nave has thousands of triangles, most of them small, and surfaces at all angles.
 #[test]
 fn the_nave_matches_on_every_driver() {
     for backend in rig::BOTH {
@@ -243,7 +244,7 @@ fn the_nave_matches_on_every_driver() {
     }
 }
 
-/// Hills of random height under random normals, with holes.
+/// Hills of random height with random normals and holes.
 fn hills(projection: Projection, seed: u128) -> ByHand {
     rubble(SIZE, projection, seed, 8.0..10.0)
 }
@@ -251,7 +252,7 @@ fn hills(projection: Projection, seed: u128) -> ByHand {
 #[test]
 fn an_applications_own_textures_of_either_kind_and_encoding_match_the_twin() {
     let context = Context::open(Backend::Egl).unwrap();
-    // Texels wider than high, in perspective too.
+    // The texels are wider than high, in perspective too.
     let projections = [
         Projection::Perspective { tan_half_fov_x: 1.1, tan_half_fov_y: 0.5 },
         Projection::Orthographic { half_width: 9.0, half_height: 4.0 },
@@ -296,7 +297,7 @@ fn inputs_of_another_kind_or_size_and_projections_without_extent_are_refused() {
         let mut ao = AmbientOcclusion::new(context.gl().clone(), size, &rig::float_settings(2.0)).unwrap();
         let error = ao.render(&inputs).unwrap_err().to_string();
         assert!(error.contains(part) && !error.contains('\n'), "{error}");
-        // It is not spoilt by it.
+        // The object can still be used after the error.
         assert_eq!(ao.render(&textures.inputs).is_ok(), size == SIZE);
     };
     refused((SIZE.0 + 1, SIZE.1), textures.inputs, "the depth texture has 97x61 texels");

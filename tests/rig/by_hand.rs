@@ -1,4 +1,4 @@
-//! Ambient occlusion of depth and normals that a test makes up, in textures of its own.
+//! Computes ambient occlusion from depth and normals that a test makes up, in textures of its own.
 
 use super::random::Draw;
 use glam::DVec3;
@@ -10,13 +10,13 @@ use hbao::scene::Projection;
 use hbao::{AmbientOcclusion, BACKGROUND_R32F, Inputs, NormalEncoding, Settings, TextureRef, TextureTarget};
 use std::sync::Arc;
 
-/// Nearer than any of their surfaces.
+/// The near plane, which is nearer than any of the made-up surfaces.
 const NEAR: f64 = 0.01;
 
 /// A view of a made-up surface.
 #[derive(Clone)]
 pub struct ByHand {
-    /// Infinite on background.
+    /// The depth, which is infinite on background.
     pub depth: Image<f32>,
     pub normals: Image<[f32; 3]>,
     pub projection: Projection,
@@ -31,12 +31,12 @@ impl ByHand {
         self.depth.map(f32::is_finite)
     }
 
-    /// By the shaders, from rectangle textures.
+    /// Computes it with the shaders, from rectangle textures.
     pub fn by_shader(&self, gl: &Arc<glow::Context>, settings: &Settings) -> Image<f32> {
         self.by_shader_from(gl, settings, TextureTarget::Rectangle, NormalEncoding::Signed)
     }
 
-    /// By the shaders, from textures of this kind.
+    /// Computes it with the shaders, from textures of this kind.
     pub fn by_shader_from(
         &self,
         gl: &Arc<glow::Context>,
@@ -58,13 +58,13 @@ impl ByHand {
         }
     }
 
-    /// By the float64 twins.
+    /// Computes it with the float64 twins.
     pub fn by_twin(&self, settings: &Settings) -> Image<f64> {
         let raw = reference::visibility(&self.twin_inputs(&rotation_tile(settings)), settings).unwrap();
         reference::blur::blur(&raw, &self.depth, &[], settings).unwrap()
     }
 
-    /// By both, to be held to the same closed form.
+    /// Computes it with the shaders and with the twins, so that a test can compare both with the same closed form.
     pub fn by_both(&self, gl: &Arc<glow::Context>, settings: &Settings) -> [(&'static str, Image<f64>); 2] {
         [("shader", self.by_shader(gl, settings).map(f64::from)), ("twin", self.by_twin(settings))]
     }
@@ -77,7 +77,8 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// Uploads to unit 0. Filters and wrap modes stay as OpenGL makes them: the passes bring their own sampler.
+    /// Uploads the textures through unit 0. Their filters and wrap modes stay at OpenGL's defaults, because the passes
+    /// use samplers of their own.
     pub fn new(gl: &Arc<glow::Context>, view: &ByHand, target: TextureTarget, encoding: NormalEncoding) -> Textures {
         let depth: Vec<f32> = view.depth.texels.iter().map(|&z| z.min(BACKGROUND_R32F)).collect();
         let stored = |c: f32| if encoding == NormalEncoding::Biased { 0.5 * c + 0.5 } else { c };
@@ -87,7 +88,7 @@ impl Textures {
             let bytes: Vec<u8> = floats.iter().flat_map(|f| f.to_ne_bytes()).collect();
             let kind = if target == TextureTarget::Rectangle { glow::TEXTURE_RECTANGLE } else { glow::TEXTURE_2D };
             let (width, height) = view.size();
-            // SAFETY: the context is current, and the bytes are as many as size and format say.
+            // SAFETY: the context is current, and the number of bytes matches the size and format.
             unsafe {
                 let texture = gl.create_texture().unwrap();
                 gl.active_texture(glow::TEXTURE0);
@@ -105,7 +106,7 @@ impl Textures {
         Textures { gl: gl.clone(), inputs }
     }
 
-    /// What the shaders make of them, read back.
+    /// Renders ambient occlusion from these textures and reads it back.
     pub fn visibility(&self, ao: &mut AmbientOcclusion, view: &ByHand) -> Image<f32> {
         let visibility = ao.render(&self.inputs).unwrap();
         let (width, height) = (view.depth.width, view.depth.height);
@@ -115,7 +116,7 @@ impl Textures {
 
 impl Drop for Textures {
     fn drop(&mut self) {
-        // SAFETY: both are ours, and tests drop them before the context.
+        // SAFETY: both textures belong to this object, and tests drop it before the context.
         unsafe {
             self.gl.delete_texture(self.inputs.depth.texture);
             self.gl.delete_texture(self.inputs.normals.texture);
@@ -123,7 +124,7 @@ impl Drop for Textures {
     }
 }
 
-/// The red channel of a rectangle texture of so many texels.
+/// Reads the red channel of a rectangle texture that has `texels` texels.
 pub fn read_red(gl: &glow::Context, image: TextureRef, texels: usize) -> Vec<f32> {
     assert_eq!(image.target, TextureTarget::Rectangle);
     let mut bytes = vec![0; 4 * texels];
@@ -137,13 +138,13 @@ pub fn read_red(gl: &glow::Context, image: TextureRef, texels: usize) -> Vec<f32
     bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect()
 }
 
-/// A perspective of this vertical field of view, in degrees, with square pixels.
+/// A perspective with this vertical field of view in degrees, and with square pixels.
 pub fn perspective(fov_y: f64, (width, height): (u32, u32)) -> Projection {
     let tan_half_fov_y = (fov_y.to_radians() / 2.0).tan();
     Projection::Perspective { tan_half_fov_x: tan_half_fov_y * f64::from(width) / f64::from(height), tan_half_fov_y }
 }
 
-/// An orthographic view of texels of this size, in scene units.
+/// An orthographic view in which texels have this size in scene units.
 pub fn orthographic(texel: f64, (width, height): (u32, u32)) -> Projection {
     Projection::Orthographic {
         half_width: texel * f64::from(width) / 2.0,
@@ -151,14 +152,14 @@ pub fn orthographic(texel: f64, (width, height): (u32, u32)) -> Projection {
     }
 }
 
-/// x', y' of a texel's centre.
+/// Returns x' and y' of a texel's centre.
 pub fn slope(projection: Projection, (width, height): (u32, u32), x: usize, y: usize) -> [f64; 2] {
     let [u, v] = [(x as f64 + 0.5) / f64::from(width), (y as f64 + 0.5) / f64::from(height)];
     let [half_x, half_y] = projection.half_extents();
     [(2.0 * u - 1.0) * half_x, (2.0 * v - 1.0) * half_y]
 }
 
-/// Depth and normals of the plane n.X = distance, in float32.
+/// The depth and normals of the plane n.X = distance, in float32.
 pub fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) -> ByHand {
     let depth = |x: usize, y: usize| {
         let [sx, sy] = slope(projection, size, x, y);
@@ -174,8 +175,8 @@ pub fn plane(projection: Projection, size: (u32, u32), n: DVec3, distance: f64) 
     ByHand { depth, normals, projection }
 }
 
-/// An orthographic floor of texels of size 1 that faces the eye or, with a `rise`, falls away from it to the right by
-/// that much a texel; on it columns of texels, each so much nearer to the eye than the floor is there.
+/// An orthographic floor with texels of size 1. It faces the eye, or with a `rise` it falls away from the eye to the
+/// right by that much per texel. On the floor stand columns, each one texel wide: (x, height towards the eye).
 pub fn columns(rise: f64, columns: &[(usize, f64)]) -> ByHand {
     const WIDTH: usize = 41;
     const HEIGHT: usize = 13;
@@ -188,8 +189,8 @@ pub fn columns(rise: f64, columns: &[(usize, f64)]) -> ByHand {
     ByHand { normals: depth.map(|_| normal), depth, projection }
 }
 
-/// A surface of height h(x, y) above the plane z = 100, seen from straight above by texels of size 1, whose normals
-/// follow from its gradient there.
+/// A surface of height h(x, y) above the plane z = 100, seen from straight above with texels of size 1. The normals are
+/// computed from the gradient.
 pub fn heights(
     (width, height): (u32, u32),
     h: impl Fn(usize, usize) -> f64,
@@ -206,12 +207,12 @@ pub fn heights(
     }
 }
 
-/// Half the width and height of [`pit`]: its middle is the texel (PIT, PIT).
+/// Half the width and height of [`pit`], rounded down. The texel in the middle is (PIT, PIT).
 pub const PIT: usize = 20;
 
-/// Figure 6.2.4 of the chapter all around the middle: a floor that faces the eye, on it a rim two texels thick and
-/// `rim` high, from 6 texels away, and behind it the same low floor again. A point above that outer floor and below the
-/// line of sight over the rim is above the height field, yet hidden from the middle.
+/// Figure 6.2.4 of the chapter, in all directions from the middle. A floor faces the eye. Six texels from the middle
+/// there is a rim, two texels thick and `rim` high, and behind it the floor continues at its low height. A point above
+/// the outer floor and below the line of sight over the rim is above the height field, but hidden from the middle.
 pub fn pit(rim: f64) -> ByHand {
     let size = 2 * PIT as u32 + 1;
     let height = |x: usize, y: usize| match x.abs_diff(PIT).max(y.abs_diff(PIT)) {
@@ -221,12 +222,12 @@ pub fn pit(rim: f64) -> ByHand {
     heights((size, size), height, |_, _| [0.0; 2])
 }
 
-/// A surface that no G-buffer would make: depths drawn from a range, evenly by their logarithm, with a twentieth of
-/// background among them, under normals of any length and direction, of which a tenth are zero.
+/// A surface that no G-buffer would contain. The depths are random in a range, evenly distributed in their logarithm,
+/// with a twentieth of background among them. The normals have any length and direction, and a tenth of them are zero.
 pub fn rubble(size: (u32, u32), projection: Projection, seed: u128, depths: std::ops::Range<f64>) -> ByHand {
     let mut draw = Draw::new(seed);
     let (width, height) = (size.0 as usize, size.1 as usize);
-    // The first column is covered, so that a picture of one pixel shows something.
+    // The first column is never background, so that a picture of one pixel shows something.
     let depth = Image::from_fn(width, height, |x, _| {
         let z = depths.start * (depths.end / depths.start).powf(draw.unit());
         if x > 0 && draw.unit() < 0.05 { f32::INFINITY } else { z as f32 }

@@ -1,19 +1,19 @@
-//! The image comparator. Whatever cannot be compared, an empty mask too, is a mismatch.
+//! The image comparator. Images that cannot be compared count as a mismatch, and so does an empty mask.
 
 use hbao::image::{Image, exr, png};
 use std::fmt;
 use std::path::Path;
 
-/// What a comparison allows.
+/// The differences that a comparison allows.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// The largest absolute difference of a pixel that passes.
+    /// The largest absolute difference at which a pixel passes.
     pub tolerance: f64,
-    /// The share of the compared pixels that may differ by more.
+    /// The share of the compared pixels that may exceed the tolerance.
     pub share: f64,
 }
 
-/// Every pixel within `tolerance`.
+/// Every pixel must be within `tolerance`.
 pub fn everywhere(tolerance: f64) -> Limits {
     Limits { tolerance, share: 0.0 }
 }
@@ -21,11 +21,11 @@ pub fn everywhere(tolerance: f64) -> Limits {
 /// Why two images do not match.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mismatch {
-    /// The images and the mask are not of one size: widths and heights of the three.
+    /// The images and the mask have different sizes. These are the widths and heights of the three.
     Sizes([(usize, usize); 3]),
     /// The mask leaves nothing to compare.
     Nothing,
-    /// NaN or infinity in either image, at so many pixels, the first at (x, y).
+    /// One of the images is NaN or infinite at this many pixels, of which the first is (x, y).
     NotFinite { pixels: usize, at: (usize, usize) },
     /// More than the allowed share of pixels differ by more than the tolerance.
     Differs { worst: f64, at: (usize, usize), over: usize, compared: usize },
@@ -45,7 +45,7 @@ impl fmt::Display for Mismatch {
     }
 }
 
-/// Compares two images where `mask` is true.
+/// Compares two images at the pixels where `mask` is true.
 pub fn compare<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     got: &Image<A>,
     expected: &Image<B>,
@@ -80,8 +80,8 @@ pub fn compare<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     }
 }
 
-/// Panics where the images do not match, with `context`, and leaves both and their difference in the target's
-/// directory for temporary files, for people to look at.
+/// Panics with `context` if the images do not match. It then saves both images and their difference in Cargo's
+/// directory for temporary files, so that people can look at them.
 #[track_caller]
 pub fn hold<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     what: &str,
@@ -97,7 +97,7 @@ pub fn hold<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     }
 }
 
-/// Saves the images and, as a grey PNG, 16 times their difference. Returns where.
+/// Saves the images, and 16 times their difference as a grey PNG. Returns the common start of their paths.
 fn save<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     what: &str,
     got: &Image<A>,

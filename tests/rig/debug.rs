@@ -1,4 +1,4 @@
-//! What the driver has to say while a test renders: OpenGL's debug output (KHR_debug), where it has that.
+//! Listens to what the driver reports while a test renders, through OpenGL's debug output (KHR_debug) if it has that.
 
 use glow::HasContext as _;
 use hbao::context::Context;
@@ -6,7 +6,7 @@ use std::ffi::c_void;
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex};
 
-/// One message.
+/// One message of the driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     pub severity: u32,
@@ -16,17 +16,17 @@ pub struct Message {
 }
 
 impl Message {
-    /// High or medium: an error, undefined behaviour, or what costs much.
+    /// True for high and medium severity: errors, undefined behaviour and operations that cost much.
     pub fn is_severe(&self) -> bool {
         matches!(self.severity, glow::DEBUG_SEVERITY_HIGH | glow::DEBUG_SEVERITY_MEDIUM)
     }
 }
 
-/// Collects a context's messages until it is dropped, and then panics where one of them is severe.
+/// Collects a context's messages until it is dropped. It then panics if one of the remaining messages is severe.
 #[must_use]
 pub struct Watch<'a> {
     messages: Arc<Mutex<Vec<Message>>>,
-    /// Holds the callback, which the driver must be told to forget before this is dropped.
+    /// Owns the callback. The driver must be told to forget the callback before this is dropped.
     gl: Option<glow::Context>,
     set: SetCallback,
     _context: PhantomData<&'a Context>,
@@ -36,9 +36,10 @@ type SetCallback = unsafe extern "system" fn(callback: *const c_void, user: *con
 
 unsafe extern "system" fn without_debug_output(_: *const c_void, _: *const c_void) {}
 
-/// Listens to the context from here on: `let _watch = rig::debug::watch(&context);`. One at a time.
+/// Listens to the context from here on: `let _watch = rig::debug::watch(&context);`. Only one watch may exist at a
+/// time.
 ///
-/// A driver without debug output has nothing to say; [`Watch::listens`] tells.
+/// Without debug output no message arrives; see [`Watch::listens`].
 pub fn watch(context: &Context) -> Watch<'_> {
     let messages = Arc::new(Mutex::new(Vec::new()));
     let mut watch = Watch { messages: messages.clone(), gl: None, set: without_debug_output, _context: PhantomData };
@@ -55,9 +56,9 @@ pub fn watch(context: &Context) -> Watch<'_> {
             messages.lock().unwrap().push(Message { severity, source, kind, text: text.trim().to_string() });
         });
         gl.enable(glow::DEBUG_OUTPUT);
-        // At the call that they are about, so that none comes after the end.
+        // Messages are delivered during the call that causes them, so none can arrive after the end of the watch.
         gl.enable(glow::DEBUG_OUTPUT_SYNCHRONOUS);
-        // Those of low severity are off at first.
+        // Messages of low severity are off by default.
         gl.debug_message_control(glow::DONT_CARE, glow::DONT_CARE, glow::DONT_CARE, &[], true);
         assert_eq!(gl.get_error(), glow::NO_ERROR);
         watch.gl = Some(gl);
@@ -66,12 +67,13 @@ pub fn watch(context: &Context) -> Watch<'_> {
 }
 
 impl Watch<'_> {
-    /// Whether there is anything to hear.
+    /// Whether the driver has debug output.
     pub fn listens(&self) -> bool {
         self.gl.is_some()
     }
 
-    /// The messages since it was last asked. Those that were told so are the caller's to judge.
+    /// Takes the messages that have arrived since the last call. The caller must judge them: they no longer make the
+    /// watch panic.
     pub fn messages(&self) -> Vec<Message> {
         std::mem::take(&mut self.messages.lock().unwrap())
     }
@@ -80,16 +82,17 @@ impl Watch<'_> {
 impl Drop for Watch<'_> {
     fn drop(&mut self) {
         if let Some(gl) = &self.gl {
-            // SAFETY: the context is current on this thread, since it lives and stays there.
+            // SAFETY: the context is current on this thread: it is still alive, because it is borrowed, and it stays on
+            // its thread.
             unsafe {
                 (self.set)(std::ptr::null(), std::ptr::null());
                 gl.disable(glow::DEBUG_OUTPUT);
             }
         }
         let severe: Vec<Message> = self.messages().into_iter().filter(Message::is_severe).collect();
-        // A second panic would end the process, and hide the first.
+        // A second panic would end the process and hide the first.
         if !std::thread::panicking() {
-            assert!(severe.is_empty(), "the driver complains: {severe:#?}");
+            assert!(severe.is_empty(), "the driver reported problems: {severe:#?}");
         }
     }
 }

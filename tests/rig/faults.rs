@@ -1,7 +1,8 @@
-//! A driver that refuses: every entry point that the library calls, in front of the real one, and each can be told to
-//! fail. What a refused call does is what OpenGL says of one that makes an error: nothing, but for the error's flag.
+//! A driver that refuses calls. Every entry point that the library calls is wrapped, and each can be told to fail. A
+//! call that is refused does what OpenGL specifies for a call that causes an error: nothing, except for setting the
+//! error flag.
 //!
-//! All of it is the thread's own, as a context is. Objects made and deleted are counted too.
+//! All this belongs to one thread, like a context. Objects that are made and deleted are counted too.
 
 use glow::HasContext as _;
 use hbao::context::Context;
@@ -10,16 +11,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::c_void;
 use std::sync::Arc;
 
-/// What goes wrong, at the call of this number (from 0) of those that it can happen to.
+/// A fault. It happens at the call with this number, counted from 0, of the calls that it can happen to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A call is ignored and leaves an error.
+    /// A call is ignored and causes an error.
     Ignored { nth: usize, error: u32 },
-    /// The same, of one entry point.
+    /// The same, but only calls of one entry point are counted.
     Refused { entry: &'static str, nth: usize, error: u32 },
-    /// `glGetError` tells an error that no call made, once.
+    /// `glGetError` once reports an error that no call has caused.
     Error { nth: usize, error: u32 },
-    /// The context is lost: from this call on all are ignored, and `glGetError` never says anything else.
+    /// The context is lost. From this call on all calls are ignored, and `glGetError` reports nothing else.
     Lost { nth: usize },
     /// A framebuffer is not complete.
     Incomplete { nth: usize, status: u32 },
@@ -27,22 +28,22 @@ pub enum Fault {
     NotCompiled { nth: usize },
     /// A program does not link.
     NotLinked { nth: usize },
-    /// An object's name is 0, and no error tells why.
+    /// The name of a new object is 0, and no error says why.
     Nameless { nth: usize },
-    /// A query has no result, for ever.
+    /// A query never has a result.
     NoResult,
 }
 
-/// An object that lives: its kind, and its name.
+/// An object that exists: its kind and its name.
 pub type Object = (&'static str, u32);
 
 #[derive(Default)]
 struct Driver {
     real: BTreeMap<&'static str, usize>,
     fault: Option<Fault>,
-    /// Calls so far of those that the fault can happen to.
+    /// The number of calls so far that the fault can happen to.
     seen: usize,
-    /// The error's flag.
+    /// The error flag.
     pending: Option<u32>,
     lost: bool,
     struck: bool,
@@ -56,7 +57,7 @@ thread_local! {
 }
 
 impl Driver {
-    /// True where it is this call's turn.
+    /// Counts a call, and returns whether the fault happens at it.
     fn turn(&mut self, nth: usize) -> bool {
         self.seen += 1;
         self.struck |= self.seen == nth + 1;
@@ -80,7 +81,7 @@ impl Driver {
     }
 }
 
-/// The real entry point, or none where the call is ignored.
+/// Returns the real entry point, or `None` if the call is ignored.
 fn enter(name: &'static str) -> Option<usize> {
     DRIVER.with_borrow_mut(|driver| {
         *driver.calls.entry(name).or_default() += 1;
@@ -88,7 +89,7 @@ fn enter(name: &'static str) -> Option<usize> {
     })
 }
 
-/// The real entry point.
+/// Returns the real entry point.
 fn real(name: &'static str) -> usize {
     DRIVER.with_borrow_mut(|driver| {
         *driver.calls.entry(name).or_default() += 1;
@@ -103,14 +104,15 @@ fn turn_of(fault: impl FnOnce(Fault) -> Option<usize>) -> bool {
     })
 }
 
-/// Entry points that are ignored or passed on. `=>` is what an ignored one returns. Addresses are written as `usize`.
+/// Entry points that are either ignored or passed on. After `=>` stands what an ignored call returns. Addresses have
+/// the type `usize`.
 macro_rules! entry_points {
     ($($name:ident($($arg:ident: $type:ty),*) $(-> $result:ty => $ignored:expr)?;)*) => {
         #[allow(non_snake_case, clippy::too_many_arguments)]
         mod shim {
             $(pub(super) unsafe extern "system" fn $name($($arg: $type),*) $(-> $result)? {
                 let Some(address) = super::enter(stringify!($name)) else { return $($ignored)? };
-                // SAFETY: the address is the driver's own of this name, whose arguments these are.
+                // SAFETY: this is the address of the driver's function of this name, and these are its arguments.
                 unsafe {
                     let real: unsafe extern "system" fn($($type),*) $(-> $result)? = std::mem::transmute(address);
                     real($($arg),*)
@@ -196,14 +198,15 @@ entry_points! {
     glViewport(x: i32, y: i32, width: i32, height: i32);
 }
 
-/// Entry points that make and delete so many objects at a time.
+/// Entry points that make and delete `count` objects at a time.
 macro_rules! objects {
     ($($made:ident $deleted:ident $kind:literal;)*) => {
         #[allow(non_snake_case)]
         mod object_shim {
             $(pub(super) unsafe extern "system" fn $made(count: i32, names: *mut u32) {
                 let Some(address) = super::enter(stringify!($made)) else { return };
-                // SAFETY: the address is the driver's own of this name, and there is room for `count` names.
+                // SAFETY: this is the address of the driver's function of this name, and there is room for `count`
+                // names.
                 unsafe {
                     if super::turn_of(super::nameless) {
                         return names.write_bytes(0, count as usize);
@@ -213,7 +216,7 @@ macro_rules! objects {
                     (0..count as usize).for_each(|i| super::made($kind, *names.add(i)));
                 }
             }
-            // Never ignored: a driver that loses its context frees what it held.
+            // Deleting is never ignored, because a driver that loses its context frees what it held.
             pub(super) unsafe extern "system" fn $deleted(count: i32, names: *const u32) {
                 let address = super::real(stringify!($deleted));
                 // SAFETY: as above.
@@ -260,7 +263,7 @@ fn deleted(kind: &'static str, name: u32) {
     });
 }
 
-/// The others, each with a fault of its own.
+/// The other entry points, each with a fault of its own.
 #[allow(non_snake_case)]
 mod own {
     use super::{Fault, deleted, enter, made, nameless, real, turn_of};
@@ -268,13 +271,14 @@ mod own {
 
     type Of<A, R> = unsafe extern "system" fn(A) -> R;
 
-    // SAFETY, here and below: each address is the driver's own of that name, and the types are those of its arguments.
+    // SAFETY, here and below: each address is that of the driver's function of that name, and the types are those of
+    // its arguments.
     pub(super) unsafe extern "system" fn glCreateShader(stage: u32) -> u32 {
         let Some(address) = enter("glCreateShader") else { return 0 };
         if turn_of(nameless) {
             return 0;
         }
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         let name = unsafe { transmute::<usize, Of<u32, u32>>(address)(stage) };
         made("shader", name);
         name
@@ -285,7 +289,7 @@ mod own {
         if turn_of(nameless) {
             return 0;
         }
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         let name = unsafe { transmute::<usize, unsafe extern "system" fn() -> u32>(address)() };
         made("program", name);
         name
@@ -293,23 +297,23 @@ mod own {
 
     pub(super) unsafe extern "system" fn glDeleteShader(name: u32) {
         deleted("shader", name);
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         unsafe { transmute::<usize, Of<u32, ()>>(real("glDeleteShader"))(name) }
     }
 
     pub(super) unsafe extern "system" fn glDeleteProgram(name: u32) {
         deleted("program", name);
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         unsafe { transmute::<usize, Of<u32, ()>>(real("glDeleteProgram"))(name) }
     }
 
     pub(super) unsafe extern "system" fn glFinish() {
-        // SAFETY: as said above. OpenGL gives it no error.
+        // SAFETY: as stated above. In OpenGL, this call cannot cause an error.
         unsafe { transmute::<usize, unsafe extern "system" fn()>(real("glFinish"))() }
     }
 
     pub(super) unsafe extern "system" fn glFlush() {
-        // SAFETY: as said above. OpenGL gives it no error.
+        // SAFETY: as stated above. In OpenGL, this call cannot cause an error.
         unsafe { transmute::<usize, unsafe extern "system" fn()>(real("glFlush"))() }
     }
 
@@ -321,7 +325,7 @@ mod own {
             Some(Fault::Error { nth, error }) if driver.turn(nth) => Some(error),
             _ => driver.pending.take(),
         });
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         told.unwrap_or_else(|| unsafe { transmute::<usize, unsafe extern "system" fn() -> u32>(address)() })
     }
 
@@ -332,7 +336,7 @@ mod own {
             Some(Fault::Incomplete { nth, status }) if driver.turn(nth) => Some(status),
             _ => None,
         });
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         told.unwrap_or_else(|| unsafe { transmute::<usize, Of<u32, u32>>(address)(target) })
     }
 
@@ -342,7 +346,7 @@ mod own {
         let Some(address) = enter("glGetShaderiv") else { return };
         let fails = |fault| if let Fault::NotCompiled { nth } = fault { Some(nth) } else { None };
         let refused = parameter == glow::COMPILE_STATUS && turn_of(fails);
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         unsafe { if refused { *value = 0 } else { transmute::<usize, Get>(address)(shader, parameter, value) } }
     }
 
@@ -350,7 +354,7 @@ mod own {
         let Some(address) = enter("glGetProgramiv") else { return };
         let fails = |fault| if let Fault::NotLinked { nth } = fault { Some(nth) } else { None };
         let refused = parameter == glow::LINK_STATUS && turn_of(fails);
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         unsafe { if refused { *value = 0 } else { transmute::<usize, Get>(address)(program, parameter, value) } }
     }
 
@@ -359,7 +363,7 @@ mod own {
         if turn_of(|fault| (fault == Fault::NoResult).then_some(0)) {
             return;
         }
-        // SAFETY: as said above.
+        // SAFETY: as stated above.
         unsafe { transmute::<usize, unsafe extern "system" fn(u32, u32, *mut u64)>(address)(query, parameter, value) }
     }
 
@@ -381,11 +385,11 @@ mod own {
     }
 }
 
-/// The context's functions, behind those above. Any other is missing, so that a call of one that cannot be refused
-/// panics.
+/// Returns the context's functions behind these wrappers. Any other function is missing, so that a call of one that
+/// cannot be refused panics.
 pub fn refusing(context: &Context) -> Arc<glow::Context> {
     DRIVER.take();
-    // SAFETY: the context is current on this thread; each function has the arguments of its name in OpenGL.
+    // SAFETY: the context is current on this thread, and each function has the arguments that OpenGL gives to its name.
     let gl = unsafe {
         glow::Context::from_loader_function_cstr(|name| {
             let Ok(text) = name.to_str() else { return std::ptr::null() };
@@ -401,24 +405,24 @@ pub fn refusing(context: &Context) -> Arc<glow::Context> {
     Arc::new(gl)
 }
 
-/// What came of a run.
+/// The outcome of a run.
 #[derive(Debug)]
 pub struct Told {
-    /// The fault happened.
+    /// Whether the fault happened.
     pub struck: bool,
-    /// How many calls it could have happened to.
+    /// The number of calls that it could have happened to.
     pub seen: usize,
-    /// An error that nobody asked for.
+    /// An error that was left behind, because nobody called `glGetError`.
     pub pending: Option<u32>,
-    /// Objects made in the run and left behind.
+    /// Objects that were made in the run and left behind.
     pub left: Vec<Object>,
-    /// Objects deleted that were not there.
+    /// Objects that were deleted but did not exist.
     pub twice: Vec<Object>,
     /// How often each entry point was called.
     pub calls: BTreeMap<&'static str, usize>,
 }
 
-/// Runs with a fault, in a context of [`refusing`].
+/// Calls `run` with a fault, in a context of [`refusing`].
 pub fn run<T>(gl: &glow::Context, fault: Option<Fault>, run: impl FnOnce() -> T) -> (T, Told) {
     let before = DRIVER.with_borrow_mut(|driver| {
         let objects = std::mem::take(&mut driver.objects);

@@ -1,5 +1,5 @@
-//! What the tests of the renderer share: scenes, rendering them, hand-made inputs, and the image comparator.
-// Each test file is a crate of its own that uses its part of this.
+//! The code that the tests of the renderer share: scenes, rendering, hand-made inputs and the image comparator.
+// Each test file is a crate of its own and uses only a part of this module.
 #![allow(dead_code, unused_imports, unreachable_pub)]
 
 pub mod by_hand;
@@ -27,12 +27,12 @@ use std::sync::Arc;
 
 pub const BOTH: [Backend; 2] = [Backend::Egl, Backend::Osmesa];
 
-/// Odd, and neither side a multiple of the tile's.
+/// Both sides are odd, and neither is a multiple of the tile's side.
 pub const SIZE: (u32, u32) = (97, 61);
 
 pub const FOUR_SAMPLES: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]];
 
-/// Everything that the pipeline makes of a shot, read back.
+/// All images that the pipeline makes of a shot, read back.
 #[derive(PartialEq, Debug)]
 pub struct Frame {
     pub depth: Image<f32>,
@@ -41,7 +41,7 @@ pub struct Frame {
     pub raw: Image<f32>,
     pub ao: Image<f32>,
     pub composite: Image<[u8; 3]>,
-    /// The depth of each sample, where a pixel has several; empty otherwise.
+    /// The depth of each sample if pixels have several, otherwise empty.
     pub samples: Vec<Image<f32>>,
     pub edges: Image<bool>,
     pub tile: Image<[f32; 3]>,
@@ -55,8 +55,8 @@ impl Frame {
         self.depth.map(f32::is_finite)
     }
 
-    /// Where its samples lie, from the pixel's centre in pixels, y up: of one sample, or of the four of llvmpipe, the
-    /// standard pattern. tests/passes/edges.rs asks the driver.
+    /// Returns the positions of the samples relative to the pixel's centre, in pixels, with y up. With four samples
+    /// this is the standard pattern, which llvmpipe uses. tests/passes/edges.rs compares it with the driver's answer.
     pub fn sample_positions(&self) -> &'static [[f64; 2]] {
         if self.samples.is_empty() { &[[0.0; 2]] } else { &FOUR_SAMPLES }
     }
@@ -67,7 +67,7 @@ impl Frame {
     }
 }
 
-/// The shot through the whole pipeline, in the context at hand.
+/// Renders the shot with the whole pipeline in the given context.
 pub fn render(gl: &Arc<glow::Context>, shot: &Shot, size: (u32, u32), settings: &Settings) -> Frame {
     render_applied(gl, shot, size, settings, Apply::All)
 }
@@ -84,7 +84,7 @@ pub fn render_applied(
     frame(&mut pipeline, shot, size, settings)
 }
 
-/// What a pipeline that makes all images renders of a shot, read back.
+/// Renders a shot with a pipeline that makes all images, and reads them back.
 pub fn frame(pipeline: &mut Pipeline, shot: &Shot, size: (u32, u32), settings: &Settings) -> Frame {
     let camera = shot.camera(size);
     pipeline.render(&shot.mesh, &camera).unwrap();
@@ -104,7 +104,7 @@ pub fn frame(pipeline: &mut Pipeline, shot: &Shot, size: (u32, u32), settings: &
     }
 }
 
-/// Panics where two frames differ in any bit.
+/// Panics if two frames differ in any bit.
 #[track_caller]
 pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
     let floats = |image: &Image<f32>| image.map(f32::to_bits);
@@ -123,22 +123,22 @@ pub fn assert_identical(got: &Frame, expected: &Frame, context: &str) {
     assert!(different.is_empty(), "{different:?} differ\n{context}");
 }
 
-/// Every method that computes something, in the order of the list of methods.
+/// Returns every method that computes something, in the order of the list of methods.
 pub fn methods() -> impl Iterator<Item = Method> {
     Method::ALL.iter().copied().filter(|method| computes(*method))
 }
 
-/// Whether a method has a pass of its own: `none` has not, and leaves every pixel open.
+/// Whether a method has a pass of its own. `none` does not, and leaves every pixel open.
 pub fn computes(method: Method) -> bool {
     !method.facts().samples.is_empty()
 }
 
-/// Float formats with a method's own defaults, without its blur.
+/// Returns settings with float formats and the method's own defaults, but without a blur.
 pub fn raw(method: Method, radius: f64) -> Settings {
     (method.facts().defaults)(Settings { method, blur: 0, ..float_settings(radius) })
 }
 
-/// Settings that use every value of every switch, four at most at once, and every method.
+/// Returns settings that use every method and every value of every switch, at most four of them at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
         Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, NormalFormat, Normals, Snap, SsaoDepth,
@@ -161,7 +161,7 @@ pub fn every_switch() -> Vec<Settings> {
         },
         Settings { normals: Normals::Vertex, jitter: Jitter::None, blur_kernel: BlurKernel::Full, ..base(150.0) },
     ];
-    // The methods that are not listed here for their own switches.
+    // These are the methods that are not listed here for switches of their own.
     let listed = [Settings::default().method, Method::Ssao];
     let others = Method::ALL.iter().filter(|other| !listed.contains(other)).map(|&other| {
         let strong = Settings { bias: 0.3, strength: 2.0, ..method(other, 150.0) };
@@ -181,7 +181,7 @@ pub fn every_switch() -> Vec<Settings> {
     chapter.into_iter().chain(others).chain(more).collect()
 }
 
-/// Default settings but for what a comparison in float needs, and a radius.
+/// Returns the default settings, except for the given radius and for what a comparison in float needs.
 pub fn float_settings(radius: f64) -> Settings {
     Settings {
         radius: Radius::Units(radius),
@@ -192,8 +192,9 @@ pub fn float_settings(radius: f64) -> Settings {
     }
 }
 
-/// The mean error of ambient occlusion on edge pixels, plain and supersampled, against ambient occlusion at four times
-/// the size, blurred by as many pixels as wide there, and averaged down.
+/// Returns the mean error of ambient occlusion on edge pixels, first with the plain blur and then with the
+/// supersampling one. The truth is ambient occlusion at four times the size, with a blur of four times as many pixels,
+/// averaged down.
 pub fn errors_on_edges(shot: &Shot, size: (u32, u32)) -> [f64; 2] {
     let context = Context::open(Backend::Egl).unwrap();
     let base = Settings { radius: Radius::Units(shot.radius), ao_format: AoFormat::R32f, ..Settings::default() };

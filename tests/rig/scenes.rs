@@ -1,16 +1,16 @@
-//! Small scenes of which one can say what must be seen. World space, y up; lengths of about 1.
+//! Small scenes in which it is clear what must be seen. World space has y up, and lengths are about 1.
 
 use glam::{DVec3, dvec3};
 use hbao::scene::{Camera, Group, Lens, Mesh, Scene, View};
 
-/// A scene with its camera, and an AO radius of the size of what stands in it.
+/// A scene with its camera, and an AO radius that is about as large as the objects in it.
 #[derive(Clone)]
 pub struct Shot {
     pub name: &'static str,
     pub mesh: Mesh,
     pub view: View,
     pub radius: f64,
-    /// How high the picture is when it is orthographic.
+    /// The height of the picture if it is orthographic.
     pub height: f64,
 }
 
@@ -28,13 +28,13 @@ impl Shot {
         self
     }
 
-    /// The same shot with the camera's head to one side, so that no row of the picture has one depth.
+    /// Returns the same shot with the camera tilted to one side, so that depth varies along every row of the picture.
     pub fn rolled(mut self) -> Shot {
         self.view.up = Some(dvec3(0.13, 1.0, 0.05));
         self
     }
 
-    /// The same shot of a world whose every length is multiplied.
+    /// Returns the same shot of a world in which every length is multiplied by `factor`.
     pub fn scaled(&self, factor: f64) -> Shot {
         let scale = |p: Option<DVec3>| p.map(|p| p * factor);
         let lens = match self.view.lens {
@@ -45,7 +45,7 @@ impl Shot {
         Shot { mesh: self.moved(|p| p * factor), view, radius: self.radius * factor, ..self.clone() }
     }
 
-    /// The same shot, mirrored left to right of a camera that looks along the plane x = 0.
+    /// Returns the same shot with left and right exchanged. The camera must look along the plane x = 0.
     pub fn mirrored(&self) -> Shot {
         let mirror = |p: DVec3| dvec3(-p.x, p.y, p.z);
         let view = View { eye: self.view.eye.map(mirror), target: self.view.target.map(mirror), ..self.view.clone() };
@@ -71,7 +71,7 @@ pub fn nave() -> Shot {
     Shot { name: "nave", mesh: scene.mesh, view: scene.view, radius: scene.radius.unwrap(), height: 12.0 }
 }
 
-/// A floor that ends before the horizon, with background above.
+/// A floor that ends before the horizon, with background above it.
 pub fn floor() -> Shot {
     shot("floor", dvec3(0.0, 1.5, 5.0), DVec3::ZERO, &[ground()])
 }
@@ -82,13 +82,13 @@ pub fn floor_and_wall() -> Shot {
     shot("floor-and-wall", dvec3(0.5, 1.5, 4.0), dvec3(0.0, 0.4, 0.0), &[ground(), wall])
 }
 
-/// A box that stands on the floor, turned so that three of its sides are seen.
+/// A box that stands on the floor, turned so that three of its sides are visible.
 pub fn box_on_a_floor() -> Shot {
     let cuboid = cuboid(DVec3::ZERO, dvec3(0.8, 0.0, 0.5), dvec3(-0.4, 0.0, 0.64), 0.9);
     shot("box-on-a-floor", dvec3(-0.7, 2.0, 4.0), dvec3(0.2, 0.3, 0.3), &[ground(), cuboid])
 }
 
-/// One plane, tilted both ways, inside the picture.
+/// One plane that is tilted both ways and lies entirely inside the picture.
 pub fn tilted_plane() -> Shot {
     let plane = quad(dvec3(-2.0, -0.5, 1.0), dvec3(3.0, 1.0, -2.5), dvec3(0.4, 1.5, 0.6));
     shot("tilted-plane", dvec3(0.0, 1.0, 5.0), dvec3(0.0, 0.5, 0.0), &[plane])
@@ -119,7 +119,7 @@ pub fn ball() -> Shot {
     shot("ball", dvec3(0.3, 1.6, 4.0), dvec3(0.0, 0.5, 0.0), &[ground(), triangles])
 }
 
-/// A plate before a larger one, with a gap between them much deeper than the radius.
+/// A plate in front of a larger one, with a gap between them that is much deeper than the radius.
 pub fn two_layers() -> Shot {
     let plate = |z: f64, half: f64| {
         quad(dvec3(-half, -half, z), dvec3(2.0 * half, 0.0, 0.0), dvec3(0.0, 2.0 * half, 0.3 * half))
@@ -127,15 +127,16 @@ pub fn two_layers() -> Shot {
     shot("two-layers", dvec3(0.3, 0.5, 5.0), DVec3::ZERO, &[plate(-3.0, 2.0), plate(0.5, 0.8)])
 }
 
-/// A pole not much wider than a pixel, before a wall.
+/// A pole not much wider than a pixel, in front of a wall.
 pub fn pole() -> Shot {
     let wall = quad(dvec3(-2.0, 0.0, -0.8), dvec3(4.0, 0.0, 0.3), dvec3(0.0, 1.5, 0.0));
-    // No edge lies on a column of pixel centres, where a 256th of a pixel would decide for the whole column.
+    // No edge lies on a column of pixel centres. If one did, a vertex rounded by 1/256 of a pixel would change a whole
+    // column.
     let pole = cuboid(dvec3(0.115, 0.0, -0.2), dvec3(0.06, 0.0, 0.0), dvec3(0.0, 0.0, 0.06), 1.2);
     shot("pole", dvec3(0.2, 1.2, 4.0), dvec3(0.0, 0.6, 0.0), &[ground(), wall, pole])
 }
 
-/// Every scene above.
+/// All of these scenes except the nave.
 pub fn all() -> Vec<Shot> {
     vec![cornell_box(), floor(), floor_and_wall(), box_on_a_floor(), tilted_plane(), ball(), two_layers(), pole()]
 }
@@ -146,12 +147,12 @@ fn ground() -> Triangles {
     quad(dvec3(-3.0, 0.0, 3.0), dvec3(6.0, 0.0, 0.0), dvec3(0.0, 0.0, -6.0))
 }
 
-/// The parallelogram of two edges.
+/// The parallelogram that two edges span.
 fn quad(corner: DVec3, a: DVec3, b: DVec3) -> Triangles {
     vec![[corner, corner + a, corner + a + b], [corner, corner + a + b, corner + b]]
 }
 
-/// An upright box over the parallelogram of two edges of the ground.
+/// An upright box that stands on the parallelogram of two edges on the ground.
 fn cuboid(corner: DVec3, a: DVec3, b: DVec3, height: f64) -> Triangles {
     let up = height * DVec3::Y;
     let sides = [(corner, a), (corner + a, b), (corner + a + b, -a), (corner + b, -b)];
@@ -160,7 +161,7 @@ fn cuboid(corner: DVec3, a: DVec3, b: DVec3, height: f64) -> Triangles {
     triangles
 }
 
-/// Each part has its colour.
+/// Makes a shot in which each part has a colour of its own.
 fn shot(name: &'static str, eye: DVec3, target: DVec3, parts: &[Triangles]) -> Shot {
     const COLOURS: [[f32; 3]; 3] = [[0.8, 0.8, 0.7], [0.9, 0.3, 0.2], [0.2, 0.4, 0.9]];
     let (mut positions, mut triangles, mut groups) = (Vec::new(), Vec::new(), Vec::new());

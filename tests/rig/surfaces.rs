@@ -1,4 +1,4 @@
-//! Depth and normals that a G-buffer holds against those of rays, wherever a ray is sure of what it sees.
+//! Compares the depth and normals of a G-buffer with those of rays, wherever a ray is sure of what it sees.
 
 use super::Image;
 use glam::{DVec3, Vec3};
@@ -6,29 +6,31 @@ use hbao::reference::gbuffer::gbuffer;
 use hbao::scene::{Camera, Mesh, Projection};
 use hbao::settings::Normals;
 
-/// By how much of a pixel the rays about a sample are moved: the rasteriser's vertices lie on a grid of 256 to a pixel.
+/// The rays around a sample are moved by this share of a pixel, because the rasteriser rounds vertices to 1/256 of a
+/// pixel.
 const SURE: f64 = 0.01;
 
-/// Of the interpolated position, as a share of the farthest vertex: llvmpipe's are within half of it, in a million
-/// pixels of which most lie on triangles cut off at a plane near the eye.
+/// The tolerance of an interpolated position, as a share of the distance of the farthest vertex. In a million pixels,
+/// most of them on triangles that are clipped at a plane near the eye, llvmpipe's positions were within half of it.
 const INTERPOLATED: f64 = 1e-5;
 
 /// What is compared.
 pub struct Surfaces<'a> {
     pub depth: &'a Image<f32>,
     pub normals: &'a Image<[f32; 3]>,
-    /// By how much their format may turn them, degrees.
+    /// The angle in degrees by which the format of the normals may turn them.
     pub rounded: f64,
     pub mesh: &'a Mesh,
     pub camera: &'a Camera,
     pub by: Normals,
-    /// Where a pixel's sample lies, from its centre.
+    /// The position of each pixel's sample, relative to the pixel's centre.
     pub sample: [f64; 2],
 }
 
 impl Surfaces<'_> {
-    /// Compares the pixels that see one triangle, or none, wherever their sample lies within a hundredth of a pixel.
-    /// Returns how many of them hold a surface, or what differs.
+    /// Compares the pixels at which the rays to all points within a hundredth of a pixel of the sample meet the same
+    /// triangle, or all meet none. Returns how many of these pixels show a surface, or else a description of what
+    /// differs.
     pub fn compare(&self) -> Result<usize, String> {
         let size = (self.depth.width, self.depth.height);
         let [x, y] = self.sample;
@@ -45,12 +47,13 @@ impl Surfaces<'_> {
             }
             let (z, n) = (f64::from(self.depth.texels[i]), Vec3::from(self.normals.texels[i]).as_dvec3());
             let (start, r) = self.ray(at, [0.0; 2]);
-            // Of the triangle's plane, float32 knows how far it is from the eye by a share of the farthest vertex.
+            // float32 knows the distance of the triangle's plane from the eye only to a share of the distance of the
+            // farthest vertex.
             let relative_allowed = match expected.depth.is_finite() {
                 true => 1e-6 + INTERPOLATED * reach / (expected.depth * expected.normal.dot(r).abs()),
                 false => 1e-6 + INTERPOLATED * reach / z,
             };
-            // Where that is nothing to speak of, the rasteriser may not even find the pixel.
+            // If so large an error is allowed, the rasteriser may not even draw the pixel.
             if relative_allowed > 0.01 {
                 continue;
             }
@@ -68,7 +71,7 @@ impl Surfaces<'_> {
             let relative = (z / expected.depth - 1.0).abs();
             let normal = smooth.as_ref().map_or(expected.normal, |smooth| smooth.texels[i].normal);
             let degrees = n.cross(normal).length().atan2(n.dot(normal)).to_degrees();
-            // A normal by derivatives is told from two positions a pixel apart, each rounded to 2^-24.
+            // A normal from derivatives is computed from two positions that are a pixel apart, each rounded to 2^-24.
             let [x, y] = self.footprint(size, expected.depth);
             let degrees_allowed = self.rounded + (10.0 * 6e-8 * position.length() / x.min(y)).to_degrees();
             if (relative > relative_allowed || degrees > degrees_allowed)
@@ -85,14 +88,15 @@ impl Surfaces<'_> {
         Ok(compared)
     }
 
-    /// Whether a triangle at this pixel is seen so nearly edge-on that within a hundredth of a pixel of the sample its
-    /// depth goes through a third of itself: between two slices of depth, or beside its own line, none of it is sure.
+    /// Whether a triangle at this pixel is seen so nearly edge-on that its depth changes by more than 30 % within a
+    /// hundredth of a pixel of the sample. Such a triangle may be drawn or not, because it may fall between two slices
+    /// of depth or beside its own outline.
     fn edge_on(&self, at: (usize, usize)) -> bool {
         let size = [self.depth.width as f64, self.depth.height as f64];
         let sample = [at.0 as f64 + 0.5 + self.sample[0], at.1 as f64 + 0.5 + self.sample[1]];
         self.mesh.triangles.iter().any(|triangle| {
             let [a, b, c] = triangle.map(|i| self.camera.to_eye(self.mesh.positions[i as usize]));
-            // What reaches the eye's plane may be anywhere in the picture.
+            // A triangle that reaches in front of the near plane may be anywhere in the picture.
             let here = [a, b, c].iter().any(|corner| corner.z <= self.camera.near) || {
                 let window = [a, b, c].map(|corner| self.camera.project(corner));
                 (0..2).all(|axis| {
@@ -106,8 +110,8 @@ impl Surfaces<'_> {
         })
     }
 
-    /// Whether depth z is that of another triangle's plane, which is as near as the plane seen somewhere within a
-    /// hundredth of a pixel of the sample. That happens where two planes cross, and one of them is seen nearly edge-on.
+    /// Whether z is the depth of another triangle's plane which, within a hundredth of a pixel of the sample, is as
+    /// near as the surface that is seen. This happens where two triangles cross and one of them is seen nearly edge-on.
     fn meets_another(&self, at: (usize, usize), z: f64, allowed: f64, (position, normal): (DVec3, DVec3)) -> bool {
         let seen = self.about(at, position, normal);
         self.mesh.triangles.iter().any(|triangle| {
@@ -124,7 +128,7 @@ impl Surfaces<'_> {
         self.camera.ray((at.0 as f64 + 0.5 + dx) / width, (at.1 as f64 + 0.5 + dy) / height)
     }
 
-    /// The least and the greatest depth of a plane within a hundredth of a pixel of the sample.
+    /// Returns the least and the greatest depth of a plane within a hundredth of a pixel of the sample.
     fn about(&self, at: (usize, usize), point: DVec3, normal: DVec3) -> (f64, f64) {
         let [x, y] = self.sample;
         let depths = [[-SURE, -SURE], [SURE, -SURE], [-SURE, SURE], [SURE, SURE]].map(|[dx, dy]| {
@@ -134,7 +138,7 @@ impl Surfaces<'_> {
         depths.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
     }
 
-    /// A pixel's width and height at depth z.
+    /// Returns the width and height that a pixel has at depth z.
     fn footprint(&self, size: (usize, usize), z: f64) -> [f64; 2] {
         let half = self.camera.projection.half_extents_at(z);
         [2.0 * half[0] / size.0 as f64, 2.0 * half[1] / size.1 as f64]

@@ -1,4 +1,4 @@
-//! A frame held to its float64 twins, pass by pass, within the tolerances that the project promises.
+//! Compares a frame with its float64 twins, pass by pass, within the tolerances that the project promises.
 
 use super::{Frame, Limits, Shot, hold};
 use glam::{DVec3, Vec3};
@@ -8,8 +8,9 @@ use hbao::reference;
 use hbao::reference::gbuffer::Surface;
 use hbao::settings::{AoFormat, DepthFormat};
 
-/// Coverage, depth, normals and colours against one ray a pixel. At 99.5 % of the pixels: at a silhouette, and where
-/// triangles meet, the rasteriser's fixed-point vertices decide otherwise than the exact ones.
+/// Compares coverage, depth, normals and colours with one ray per pixel. 99.5 % of the pixels must match. The others
+/// lie at silhouettes and where triangles meet: there the rasteriser's fixed-point vertices may give another result
+/// than the exact ones.
 pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Settings, context: &str) {
     let size = (size.0 as usize, size.1 as usize);
     let camera = shot.camera((size.0 as u32, size.1 as u32));
@@ -20,7 +21,7 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
         Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() && seen.at(x, y).depth.is_finite());
     let either =
         Image::from_fn(size.0, size.1, |x, y| frame.depth.at(x, y).is_finite() || seen.at(x, y).depth.is_finite());
-    // Two pixels are more than that of a very small picture.
+    // In a very small picture, two pixels may differ even if that is more than 0.5 %.
     let share = 0.005f64.max(2.0 / either.texels.iter().filter(|&&e| e).count().max(1) as f64);
     let one = |covered: bool| f64::from(u8::from(covered));
     hold(
@@ -35,7 +36,7 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
     let relative = Image::from_fn(size.0, size.1, |x, y| f64::from(frame.depth.at(x, y)) / seen.at(x, y).depth);
     let tolerance = match settings.depth_format {
         DepthFormat::R32f => 1e-5,
-        // 11 significant bits, truncated or rounded.
+        // R16F has 11 significant bits, and the driver may truncate or round.
         _ => 1e-5 + 2f64.powi(-10),
     };
     let (zero, unit) = (both.map(|_| 0.0), both.map(|_| 1.0));
@@ -47,7 +48,7 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
     });
     hold("normals off by degrees", &degrees, &zero, &both, Limits { tolerance: 1.0, share }, context);
 
-    // Two fifths ambient, the rest from over the viewer's left shoulder.
+    // Two fifths of the light is ambient. The rest comes from over the viewer's left shoulder.
     let light = DVec3::new(-2.0, 3.0, -3.5).normalize();
     for channel in 0..3 {
         let shade = |s: Surface| match s.depth.is_finite() {
@@ -58,7 +59,8 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
             all.iter().map(|seen| shade(seen.at(x, y))).sum::<f64>() / all.len() as f64
         });
         let got = frame.colour.map(|c| f64::from(c[channel]) / 255.0);
-        // The rounding to 8 bits, of each sample and again of their mean, and what interpolation leaves.
+        // The tolerance covers the rounding of each sample to 8 bits, that of their mean, and the error of
+        // interpolation.
         let roundings = if all.len() > 1 { 2.0 } else { 1.0 };
         let tolerance = (0.5 * roundings + 0.25) / 255.0;
         hold("colour", &got, &shaded, &both, Limits { tolerance, share }, context);
@@ -78,13 +80,13 @@ pub fn hold_gbuffer(frame: &Frame, shot: &Shot, size: (u32, u32), settings: &Set
     }
 }
 
-/// Ambient occlusion before the blur. Returns how many pixels are ambiguous.
+/// Checks the ambient occlusion before the blur. Returns how many pixels are ambiguous.
 pub fn hold_raw(frame: &Frame, settings: &Settings, context: &str) -> usize {
     let inputs = frame.inputs();
     hold_visibility(&frame.raw, &inputs, settings, context)
 }
 
-/// The pixels that hold several surfaces, by the depth samples read back.
+/// Checks which pixels hold several surfaces against the depth samples that were read back.
 pub fn hold_edges(frame: &Frame, settings: &Settings, context: &str) {
     let one = |edge: bool| f64::from(u8::from(edge));
     let expected = match frame.samples.as_slice() {
@@ -95,23 +97,25 @@ pub fn hold_edges(frame: &Frame, settings: &Settings, context: &str) {
     hold("edges", &frame.edges.map(one), &expected.map(one), &all, super::everywhere(0.0), context);
 }
 
-/// Visibility made from `inputs` against the twin: within the tolerance at 99.9 %, and everywhere but at pixels that
-/// the twin calls ambiguous, of which there may be 0.5 %, or two. Returns how many they are.
+/// Compares visibility that was made from `inputs` with the twin. 99.9 % of the pixels must be within the tolerance,
+/// and so must every pixel that the twin does not call ambiguous. At most 0.5 % of the pixels, or two, may be
+/// ambiguous. Returns how many are.
 pub fn hold_visibility(got: &Image<f32>, inputs: &reference::TwinInputs, settings: &Settings, context: &str) -> usize {
-    // The pixels that the texels of ambient occlusion stand for.
+    // Each texel of ambient occlusion stands for one of these pixels.
     let scale = settings.ao_scale() as usize;
     let covered = Image::from_fn(got.width, got.height, |x, y| inputs.depth.at(scale * x, scale * y).is_finite());
     let pixels = covered.texels.iter().filter(|&&c| c).count();
     let expected = reference::visibility(inputs, settings).unwrap();
     let ambiguous = reference::ambiguous(inputs, settings).unwrap();
     let count = ambiguous.texels.iter().filter(|&&a| a).count();
-    // Of ray-march any of some 256 samples may be about to round to another texel, and a hit weighs a 32nd: there are
-    // more such pixels, 4.8 % of the Dragon at most. That 99.9 % match all the same is held below.
+    // In ray-march each of some 256 samples of a pixel may be about to round to another texel, and one hit changes A by
+    // 1/32. More pixels are therefore ambiguous: at most 4.8 %, on the Dragon. The last comparison below still requires
+    // 99.9 % to match.
     let share = if settings.method.reads("rays") { 20 } else { 200 };
     assert!(count <= (pixels / share).max(2), "{count} of {pixels} pixels are ambiguous\n{context}");
     let tolerance = match settings.ao_format {
         AoFormat::R32f => 1e-3,
-        // Half a step between half floats below 1, or a whole one where the driver truncates.
+        // This adds half a step between half floats below 1, or a whole step if the driver truncates.
         AoFormat::R16f => 1e-3 + 2f64.powi(-11),
         _ => 1.0 / 255.0,
     };
@@ -124,7 +128,7 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::TwinInputs, setting
         super::everywhere(tolerance),
         context,
     );
-    // Two pixels are less than 99.9 % of a small image leaves.
+    // In a small image, two pixels may differ even if that is more than 0.1 %.
     let share = 0.001f64.max(2.0 / pixels as f64);
     hold("raw ambient occlusion", got, &expected, &covered, Limits { tolerance, share }, context);
     let background = covered.map(|c| !c);
@@ -135,14 +139,14 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::TwinInputs, setting
     count
 }
 
-/// The blur, of the ambient occlusion that the GPU itself made.
+/// Checks the blur, applied to the ambient occlusion that the GPU itself has made.
 pub fn hold_blur(frame: &Frame, settings: &Settings, context: &str) {
     let expected = reference::blur::blur(&frame.raw.map(f64::from), &frame.depth, &frame.samples, settings).unwrap();
     let tolerance = match settings.ao_format {
         AoFormat::R32f => 1e-4,
-        // A rounding after each of two passes, a whole step where the driver truncates.
+        // Each of the two passes rounds by half a step, or by a whole one if the driver truncates.
         AoFormat::R16f => 1e-4 + 2.0 * 2f64.powi(-11),
-        // Half a step for each of two passes.
+        // Each of the two passes rounds by half a step.
         _ => 1.0 / 255.0 + 1e-4,
     };
     let all = frame.ao.map(|_| true);

@@ -1,4 +1,4 @@
-//! What is drawn at random: scenes, cameras, settings and sizes, with the extremes common.
+//! Strategies that draw random scenes, cameras, settings and sizes. Extreme values are common.
 
 use glam::{DVec3, dvec3};
 use hbao::Settings;
@@ -12,7 +12,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-/// One set of settings, compiled once, and what is rendered with it.
+/// One set of settings, which is compiled once, and everything that is rendered with it.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) backend: Backend,
@@ -22,29 +22,30 @@ pub(crate) struct Batch {
     pub(crate) shots: Vec<Drawn>,
 }
 
-/// At most so many scenes for each set of settings, and half as many on average.
+/// The largest number of scenes for each set of settings. The average is half of it.
 pub(crate) const SHOTS: usize = 80;
 
-/// A scene of about one unit, and where it is seen from.
+/// A scene of about one unit, and the position from which it is seen.
 #[derive(Clone, Debug)]
 pub(crate) struct Drawn {
     pub(crate) scene: Vec<[DVec3; 3]>,
-    /// R over the scene's size: the scene is scaled, since R is the settings'.
+    /// R divided by the size of the scene. R is a setting, so it is the scene that is scaled.
     pub(crate) ratio: f64,
-    /// Where the world's middle is, scene units.
+    /// The position of the scene's origin in the world, in scene units.
     pub(crate) offset: DVec3,
     pub(crate) eye: DVec3,
     pub(crate) target: DVec3,
     pub(crate) up: DVec3,
-    /// Degrees, or where it is orthographic the height as a multiple of the scene's size.
+    /// The field of view in degrees. An orthographic view has `height` instead, as a multiple of the scene's size.
     pub(crate) fov: f64,
     pub(crate) height: f64,
-    /// Over far; none: what follows from the scene.
+    /// The near plane as a share of the far plane. With `None`, both are computed from the scene.
     pub(crate) near: Option<f64>,
 }
 
 impl Drawn {
-    /// In the units of the settings' radius. None where a coordinate would be larger than any that a mesh may have.
+    /// Returns the mesh and the view in the units of the settings' radius, or `None` if a coordinate would be larger
+    /// than a mesh may have.
     pub(crate) fn view(&self, orthographic: bool, radius: f64) -> Option<(Mesh, View)> {
         let scale = radius / self.ratio;
         let place = |p: DVec3| (p + 0.0) * scale + self.offset;
@@ -76,12 +77,12 @@ fn direction() -> impl Strategy<Value = DVec3> {
     point().prop_map(|p| p.try_normalize().unwrap_or(DVec3::Z))
 }
 
-/// The parallelogram of two edges.
+/// The parallelogram that two edges span.
 fn quad(corner: DVec3, a: DVec3, b: DVec3) -> Vec<[DVec3; 3]> {
     vec![[corner, corner + a, corner + a + b], [corner, corner + a + b, corner + b]]
 }
 
-/// The square of two half edges about a point.
+/// The parallelogram around a point, given by halves of its two edges.
 fn about(middle: DVec3, a: DVec3, b: DVec3) -> Vec<[DVec3; 3]> {
     quad(middle - a - b, 2.0 * a, 2.0 * b)
 }
@@ -90,13 +91,13 @@ fn floor() -> Vec<[DVec3; 3]> {
     about(DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Z)
 }
 
-/// Scenes that a camera about the origin may look at.
+/// Scenes for a camera near the origin to look at.
 fn scene() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
     let soup = vec([point(), point(), point()], 1..20).boxed();
     let plane = (point(), direction(), direction(), 0.1..3.0f64)
         .prop_map(|(middle, a, b, size)| about(0.3 * middle, size * a, size * b))
         .boxed();
-    // Two half planes that meet in a line: convex or concave, sharp or nearly flat.
+    // Two half planes that meet in a line, convex or concave, sharp or nearly flat.
     let fold = (direction(), direction(), prop_oneof![0.0..360.0f64, Just(90.0), Just(179.9), 0.0..5.0f64])
         .prop_map(|(axis, other, degrees)| {
             let a = axis.cross(other).try_normalize().unwrap_or(axis.any_orthonormal_vector());
@@ -107,7 +108,7 @@ fn scene() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
             all
         })
         .boxed();
-    // Thinner than a pixel, on a floor.
+    // Spikes on a floor, some of them thinner than a pixel.
     let spikes = vec((unit(), unit(), 1e-4..0.03f64, 0.05..1.5f64), 1..12)
         .prop_map(|spikes| {
             let mut all = floor();
@@ -119,7 +120,7 @@ fn scene() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
             all
         })
         .boxed();
-    // Walls in one plane that leans out of the line of sight (cameras look along -z from about x = 0) by very little.
+    // Walls in one plane that is nearly parallel to the line of sight: cameras look along -z from about x = 0.
     let edge_on = (vec((unit(), unit(), 0.02..0.5f64), 1..6), prop_oneof![Just(0.0), 1e-8..1e-1f64], unit())
         .prop_map(|(walls, lean, x)| {
             let away = dvec3(lean, 0.0, -1.0).normalize();
@@ -128,7 +129,7 @@ fn scene() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
             walls.into_iter().flat_map(wall).chain(about(-DVec3::Z, 2.0 * DVec3::X, 2.0 * DVec3::Y)).collect()
         })
         .boxed();
-    // A room around the eye: normals of all kinds, n.z >= 0 among them.
+    // A room around the eye. Its normals point in all directions, so some have n.z >= 0.
     let room = (0.1..4.0f64, 0.1..4.0f64, 0.1..4.0f64)
         .prop_map(|(x, y, z)| {
             let [x, y, z] = [x * DVec3::X, y * DVec3::Y, z * DVec3::Z];
@@ -136,14 +137,14 @@ fn scene() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
             pairs.into_iter().flat_map(|(a, b, c)| [about(c, a, b), about(-c, a, b)]).flatten().collect()
         })
         .boxed();
-    // Plates one behind the other, some a hair apart.
+    // Plates behind each other, some of them very close together.
     let layers = vec((point(), 0.05..1.0f64), 2..6)
         .prop_map(|plates| {
             let plate = |(p, size): (DVec3, f64)| about(p, size * DVec3::X, size * dvec3(0.1, 1.0, 0.1));
             plates.into_iter().flat_map(plate).collect()
         })
         .boxed();
-    // A floor to the horizon and beyond what is ever in view.
+    // A floor that reaches the horizon and extends beyond anything in view.
     let horizon = (1e-4..1.0f64, prop_oneof![Just(1e1), Just(1e3), Just(1e5)])
         .prop_map(|(below, size)| about(-below * DVec3::Y, size * DVec3::X, size * DVec3::Z))
         .boxed();
@@ -164,11 +165,11 @@ fn drawn() -> impl Strategy<Value = Drawn> {
         1 => (direction(), 2.0..9.0f64).prop_map(|(d, far)| far * d),
         1 => Just(dvec3(0.0, 0.0, 2.0)),
     ];
-    // The middle of one of the triangles, or somewhere.
+    // The target is the middle of a triangle, or any point.
     let target =
         prop_oneof![4 => any::<u8>().prop_map(Err), 1 => point().prop_map(Ok), 1 => Just(Ok(dvec3(0.0, 0.0, -0.5)))];
     let up = prop_oneof![2 => Just(DVec3::Y), 1 => direction()];
-    // Not 90 degrees, which makes a tie of each of 6.1's offsets along a wall of 45.
+    // Exactly 90 degrees is left out: with a wall at 45 degrees, each of 6.1's offsets along it would be a tie.
     let fov = prop_oneof![1 => Just(1.0), 1 => Just(175.0), 6 => 20.0..120.0f64, 1 => 120.0..175.0f64];
     let height = prop_oneof![3 => 0.5..4.0f64, 1 => 1e-3..0.5f64, 1 => 4.0..100.0f64, 1 => Just(2.0)];
     let near = prop_oneof![3 => Just(None), 1 => Just(Some(1e-6)), 1 => (1e-6..0.3f64).prop_map(Some)];
@@ -196,7 +197,7 @@ fn radius() -> impl Strategy<Value = f64> {
     prop_oneof![3 => Just(1.0), 1 => Just(1e-6), 1 => Just(1e6), 1 => 0.01..100.0f64]
 }
 
-/// Settings of these methods, every switch among them.
+/// Settings with these methods and random values of every switch.
 fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
     let counts =
         (select(&[1u32, 2, 3, 4, 5, 8, 8, 8, 16, 64][..]), select(&[1u32, 2, 3, 4, 4, 8, 8, 8, 16, 33, 64][..]));
@@ -242,7 +243,7 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
             method,
             radius: Radius::Units(radius),
             directions,
-            // The twin takes as long as there are samples.
+            // The twin takes time in proportion to the number of samples.
             steps: steps.min(512 / directions),
             rays,
             bias: bias.to_radians(),
@@ -271,13 +272,13 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
     })
 }
 
-/// Settings of these methods with what is rendered by them.
+/// Settings with these methods, and what is rendered with them.
 pub(crate) fn batch(methods: Vec<Method>) -> impl Strategy<Value = Batch> {
     let backend = select(&[Backend::Egl, Backend::Osmesa][..]);
     let orthographic = prop::bool::weighted(0.3);
     (backend, settings(methods), size(), orthographic, vec(drawn(), 1..=SHOTS)).prop_map(
         |(backend, settings, size, orthographic, shots)| {
-            // Small where there are many samples.
+            // Images with many samples are small.
             let samples = settings.method.samples(&settings);
             let side = |n: u32| {
                 if samples > 600 {

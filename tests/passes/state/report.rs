@@ -1,5 +1,5 @@
-//! All state that OpenGL 3.3 can report, found by asking: every enum of the core's registry is put to every getter, and
-//! what has an answer is state. Nobody has to keep a list, and nothing can be left off it.
+//! Reports all state that OpenGL 3.3 can report. Every enum of the core's registry is given to every getter, and
+//! whatever has an answer is state. Nobody has to keep a list, so nothing can be missing from it.
 
 use gl_generator::{Api, Fallbacks, Profile, Registry};
 use hbao::context::Context;
@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use std::ffi::CStr;
 use std::fmt::Debug;
 
-/// State by name, its value as text.
+/// The values of all state as text, by name.
 pub(crate) type State = BTreeMap<String, String>;
 
-/// Entry points of OpenGL 3.3 core, those that glow has not among them.
+/// Loads entry points of OpenGL 3.3 core, including some that glow does not have.
 macro_rules! entry_points {
     ($($name:ident = $symbol:literal ($($argument:ty),*) $(-> $result:ty)?;)*) => {
         pub(crate) struct Raw { $(pub(crate) $name: unsafe extern "system" fn($($argument),*) $(-> $result)?,)* }
@@ -22,7 +22,7 @@ macro_rules! entry_points {
                     assert!(!address.is_null(), "{name:?}");
                     address
                 };
-                // SAFETY: each is the address of the function of that name, whose signature OpenGL defines.
+                // SAFETY: each address is that of the function with that name, and OpenGL defines its signature.
                 unsafe { Raw { $($name: std::mem::transmute::<
                     *const std::ffi::c_void,
                     unsafe extern "system" fn($($argument),*) $(-> $result)?
@@ -63,18 +63,18 @@ entry_points! {
     color_mask = c"glColorMaski"(u32, u8, u8, u8, u8);
 }
 
-/// Asks one context.
+/// Queries the state of one context.
 pub(crate) struct Reporter {
     pub(crate) raw: Raw,
-    /// Every enum of OpenGL 3.3 core, a number once.
+    /// Every enum of OpenGL 3.3 core, with one name for each number.
     enums: Vec<(String, u32)>,
-    /// Those that glGet answers.
+    /// The enums that glGet answers.
     pub(crate) plain: Vec<(String, u32)>,
-    /// Those that glIsEnabled answers.
+    /// The enums that glIsEnabled answers.
     pub(crate) switches: Vec<(String, u32)>,
 }
 
-/// As many values as any parameter has, and more.
+/// More values than any parameter has.
 const ROOM: usize = 1024;
 
 impl Reporter {
@@ -89,10 +89,10 @@ impl Reporter {
             core.enums.iter().filter_map(|e| Some((number(&e.value)?, e.ident.clone()))).collect();
         let enums: Vec<(String, u32)> = numbers.into_iter().map(|(value, name)| (name, value)).collect();
         let mut reporter = Reporter { raw, enums, plain: Vec::new(), switches: Vec::new() };
-        // Time is no state.
+        // Time is not state.
         let asked = |(name, value): &(String, u32)| name != "TIMESTAMP" && reporter.plain_value(*value).is_some();
         let plain: Vec<_> = reporter.enums.iter().filter(|e| asked(e)).cloned().collect();
-        // SAFETY: the context is current; the number of something else is a GL error, and nothing more.
+        // SAFETY: the context is current. For the number of anything else, the call only causes a GL error.
         let switch = |value: u32| reporter.answers(|| unsafe { (reporter.raw.is_enabled)(value) });
         let switches: Vec<_> = reporter.enums.iter().filter(|(_, value)| switch(*value)).cloned().collect();
         (reporter.plain, reporter.switches) = (plain, switches);
@@ -100,18 +100,18 @@ impl Reporter {
         reporter
     }
 
-    /// Whether a call leaves no error.
+    /// Whether a call causes no error.
     fn answers<T>(&self, call: impl FnOnce() -> T) -> bool {
         // SAFETY: the context is current.
         let error = || unsafe { (self.raw.error)() };
-        assert_eq!(error(), 0, "an error from before");
+        assert_eq!(error(), 0, "an earlier call left an error");
         call();
         let answered = error() == 0;
         while error() != 0 {}
         answered
     }
 
-    /// What a getter writes, if it has an answer. `unset` is what it never writes by itself.
+    /// Returns what a getter writes, if it has an answer. `unset` must be a value that no getter writes.
     fn values<T: Copy + PartialEq + Debug>(&self, unset: T, get: impl FnOnce(*mut T)) -> Option<String> {
         let mut values = vec![unset; ROOM];
         if !self.answers(|| get(values.as_mut_ptr())) {
@@ -122,23 +122,23 @@ impl Reporter {
     }
 
     fn plain_value(&self, parameter: u32) -> Option<String> {
-        // SAFETY: the context is current, here and below; there is room for what any parameter has.
+        // SAFETY: the context is current, here and below, and there is room for the values of any parameter.
         self.values(-7.7e77, |into| unsafe { (self.raw.get)(parameter, into) })
     }
 
     fn number(&self, parameter: u32) -> u32 {
         let mut value = [0.0; 4];
-        // SAFETY: as above; only parameters of one to four values are asked for.
+        // SAFETY: as above. Only parameters with one to four values are queried.
         unsafe { (self.raw.get)(parameter, value.as_mut_ptr()) };
         value[0] as u32
     }
 
-    /// What objects of one kind are asked for.
+    /// Returns the enums whose names contain `part`, to query objects of one kind with.
     fn named(&self, part: &'static str) -> impl Iterator<Item = &(String, u32)> {
         self.enums.iter().filter(move |(name, _)| name.contains(part))
     }
 
-    /// Everything there is to be reported, of the context and of the objects that are bound.
+    /// Returns everything that can be reported about the context and the objects that are bound.
     pub(crate) fn state(&self) -> State {
         let mut state = State::new();
         for (name, parameter) in &self.plain {
@@ -156,7 +156,8 @@ impl Reporter {
         state
     }
 
-    /// What is there once for each draw buffer, uniform block, transform feedback buffer or word of the sample mask.
+    /// Adds the state that exists once per draw buffer, uniform block, transform feedback buffer or word of the sample
+    /// mask.
     fn indexed(&self, state: &mut State) {
         for (name, parameter) in &self.enums {
             for index in 0..256 {
@@ -176,11 +177,11 @@ impl Reporter {
         }
     }
 
-    /// What is bound to each texture unit, and on the first of them how it is sampled.
+    /// Adds what is bound to each texture unit, and for the first units how the textures are sampled.
     fn units(&self, state: &mut State) {
         let active = self.number(glow::ACTIVE_TEXTURE);
         for unit in 0..self.number(glow::MAX_COMBINED_TEXTURE_IMAGE_UNITS) {
-            // SAFETY: as above, and there are so many units.
+            // SAFETY: as above, and this unit exists.
             unsafe { (self.raw.active_texture)(glow::TEXTURE0 + unit) };
             for (name, parameter) in &self.plain {
                 if name.starts_with("TEXTURE_BINDING") || name == "SAMPLER_BINDING" {
@@ -207,7 +208,7 @@ impl Reporter {
         unsafe { (self.raw.active_texture)(active) };
     }
 
-    /// The vertex array that is bound, and the attributes' current values.
+    /// Adds the state of the bound vertex array, and the current values of the attributes.
     fn vertices(&self, state: &mut State) {
         for index in 0..self.number(glow::MAX_VERTEX_ATTRIBS) {
             for (name, parameter) in self.named("VERTEX_ATTRIB") {
@@ -222,13 +223,13 @@ impl Reporter {
         }
     }
 
-    /// Queries under way, and what the bound buffers, framebuffers, renderbuffer and program are.
+    /// Adds the active queries, and the state of the bound buffers, framebuffers, renderbuffer and program.
     fn objects(&self, state: &mut State) {
         let program = self.number(glow::CURRENT_PROGRAM);
         let mut put = |name: &str, of: String, value: Option<String>| {
             value.map(|value| state.insert(format!("{name} of {of}"), value));
         };
-        // SAFETY: as above, in all of these.
+        // SAFETY: as above, for all of these calls.
         unsafe {
             for (name, parameter) in self.named("QUERY") {
                 for (kind, target) in QUERIES {

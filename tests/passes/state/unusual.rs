@@ -1,12 +1,12 @@
-//! State that no full-screen pass would expect, each piece of it other than OpenGL starts out with.
+//! Sets state that no full-screen pass would expect. Every value differs from OpenGL's initial value.
 
 use super::report::{QUERIES, Raw, Reporter, TEXTURES};
 use glow::HasContext as _;
 
-/// Sets it. What is made here goes with the context.
+/// Sets this state. The objects that are made here are deleted together with the context.
 pub(crate) fn disturb(gl: &glow::Context, reporter: &Reporter) {
     let raw = &reporter.raw;
-    // SAFETY: the context is current; nothing is drawn.
+    // SAFETY: the context is current, and nothing is drawn.
     unsafe {
         framebuffers(gl);
         textures(gl);
@@ -17,7 +17,7 @@ pub(crate) fn disturb(gl: &glow::Context, reporter: &Reporter) {
         buffers(gl, raw);
         program(gl);
         for (name, target) in QUERIES {
-            // One of the two that count samples at a time.
+            // Only one of the two queries that count samples may be active at a time.
             if name != "ANY_SAMPLES_PASSED" {
                 gl.begin_query(target, gl.create_query().unwrap());
             }
@@ -26,10 +26,10 @@ pub(crate) fn disturb(gl: &glow::Context, reporter: &Reporter) {
     }
 }
 
-/// Every switch is turned over, and those of draw buffers each another way.
+/// Inverts every switch. `fragments` then changes those of single draw buffers.
 unsafe fn switches(reporter: &Reporter) {
     for &(_, switch) in &reporter.switches {
-        // SAFETY: the context is current, in all of this file.
+        // SAFETY: the context is current in all of this file.
         unsafe {
             match (reporter.raw.is_enabled)(switch) {
                 0 => (reporter.raw.enable)(switch),
@@ -43,7 +43,7 @@ unsafe fn fragments(gl: &glow::Context, raw: &Raw) {
     // SAFETY: as above.
     unsafe {
         for buffer in 0..8 {
-            // Of the first, nothing is written; no two neighbours are alike.
+            // Nothing is written to the first buffer, and no two neighbouring buffers have the same mask.
             let mask = |bit: u32| u8::from((buffer + 1) >> bit & 1 == 0 && buffer > 0);
             (raw.color_mask)(buffer, mask(0), mask(1), mask(2), 0);
             if buffer % 3 == 1 {
@@ -82,7 +82,7 @@ unsafe fn rasterisation(gl: &glow::Context, raw: &Raw) {
         gl.polygon_offset(3.0, 5.0);
         gl.viewport(3, 5, 7, 2);
         (raw.provoking_vertex)(glow::FIRST_VERTEX_CONVENTION);
-        // The second of a triangle's three.
+        // This is the index of the second of a triangle's three vertices.
         (raw.primitive_restart_index)(1);
         gl.line_width(0.5);
         (raw.point_size)(3.0);
@@ -123,7 +123,7 @@ unsafe fn pixels(raw: &Raw) {
     }
 }
 
-/// One of each kind, and of those with numbered places one in each.
+/// Binds a buffer to each kind of target, and to each place of the targets with numbered places.
 unsafe fn buffers(gl: &glow::Context, raw: &Raw) {
     // SAFETY: as above.
     unsafe {
@@ -165,10 +165,10 @@ unsafe fn buffers(gl: &glow::Context, raw: &Raw) {
     }
 }
 
-/// A program in use that captures what it draws, a buffer to capture it into, and a query under way of how much that
-/// is.
+/// Puts a program in use that captures what it draws, binds a buffer for that, and begins a query that counts what is
+/// captured.
 pub(crate) fn capture(gl: &glow::Context) -> glow::Query {
-    // SAFETY: the context is current; a point of four floats fits.
+    // SAFETY: the context is current, and the buffer has room for points of four floats.
     unsafe {
         program(gl);
         let vertices = gl.create_vertex_array().unwrap();
@@ -203,7 +203,7 @@ unsafe fn program(gl: &glow::Context) {
     }
 }
 
-/// Two framebuffers, one drawn to and one read from.
+/// Binds two framebuffers, one for drawing and one for reading.
 unsafe fn framebuffers(gl: &glow::Context) {
     // SAFETY: as above.
     unsafe {
@@ -249,7 +249,8 @@ unsafe fn framebuffers(gl: &glow::Context) {
     }
 }
 
-/// Something of every kind on every unit, and on the first of them each texture and sampler with values of its own.
+/// Binds textures of every kind and a sampler to every unit. The textures on the first units have parameters of their
+/// own.
 unsafe fn textures(gl: &glow::Context) {
     let mut units = 0;
     // SAFETY: as above.
