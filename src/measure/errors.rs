@@ -21,8 +21,8 @@ pub struct Errors {
     pub pixels: usize,
 }
 
-/// Whether a truth with this noise is too noisy for an error that was measured against it: the noise may be at most a fifth
-/// of the error. Both are RMS.
+/// Whether a truth is too noisy for an error that was measured against it: its noise may be at most a fifth of the
+/// error. Both are RMS.
 #[must_use]
 pub fn too_noisy(noise: f64, error: f64) -> bool {
     noise > error / 5.0
