@@ -380,7 +380,7 @@ impl Driver {
     }
 }
 
-/// Returns the table of the README, and below it where each difference is largest.
+/// Returns the table of `src/measure/drivers.md`, and below it where each difference is largest.
 pub(crate) fn table(all: &[Compared]) -> String {
     let names = BUFFERS.map(|(name, _)| format!(" {name} |")).concat();
     let mut text = format!("| driver |{names}\n|---|{}\n", "---|".repeat(BUFFERS.len()));
