@@ -77,8 +77,8 @@ impl Knob {
         (self.put)(settings, text).map_err(|what| Error::Usage(format!("{}: {what}", self.name)))
     }
 
-    /// The value as text that [`Knob::set`] reads. It is empty for a setting that has no value of its own, because it
-    /// follows from other settings.
+    /// Returns the value as text that [`Knob::set`] can read. The text is empty for a setting without a value of its
+    /// own, whose value follows from other settings.
     #[must_use]
     pub fn text(&self, settings: &Settings) -> String {
         match (self.get)(settings) {
@@ -91,7 +91,7 @@ impl Knob {
         }
     }
 
-    /// The value, if it is a whole number.
+    /// Returns the value, if it is a whole number.
     #[must_use]
     pub fn count(&self, settings: &Settings) -> Option<u32> {
         match (self.get)(settings) {
@@ -100,7 +100,7 @@ impl Knob {
         }
     }
 
-    /// True for a setting that has no value of its own, because it follows from other settings.
+    /// Returns true for a setting without a value of its own, whose value follows from other settings.
     pub(super) fn is_unset(&self, settings: &Settings) -> bool {
         self.text(settings).is_empty()
     }
@@ -148,8 +148,8 @@ fn length(text: &str) -> Result<Radius, String> {
     parsed.map_err(|_| format!("'{}' is neither a finite length above 0 nor such a number and %", Error::shown(text)))
 }
 
-/// Converts radians to the degrees that a user typed to get them. For 30 degrees this is 30, although 30 degrees
-/// converted to radians and back are 29.999999999999996. Converting the result to radians gives the same number again.
+/// Converts radians to the number of degrees that the user typed. For 30 degrees the result is 30, although converting
+/// 30 degrees to radians and back gives 29.999999999999996. Converting the result to radians gives `radians` again.
 fn typed_degrees(radians: f64) -> f64 {
     let degrees = radians.to_degrees();
     let short = (degrees * 1e10).round() / 1e10;

@@ -1,11 +1,11 @@
-//! The number of samples that a method takes for a pixel.
+//! Computes the number of samples that a method takes per pixel.
 
 use super::Settings;
 use super::knobs::KNOBS;
 use super::method::Method;
 
 impl Method {
-    /// The values of the settings that determine how many samples the method takes for a pixel, in the order of
+    /// Returns the values of the settings that determine how many samples the method takes per pixel, in the order of
     /// [`MethodFacts::samples`]. For 8 directions of 8 steps they are 8 and 8.
     #[must_use]
     pub fn counts(self, settings: &Settings) -> Vec<u32> {
@@ -13,7 +13,7 @@ impl Method {
         knobs.filter_map(|knob| knob.count(settings)).collect()
     }
 
-    /// The number of depth samples that the method takes for a pixel that does not exit early; 0 for `none`.
+    /// Returns the number of depth samples that the method takes at a pixel where it does not exit early; 0 for `none`.
     #[must_use]
     pub fn samples(self, settings: &Settings) -> u32 {
         let counts = self.counts(settings);
