@@ -54,8 +54,8 @@ pub enum GlCause {
 }
 
 impl Error {
-    /// True if the request itself was wrong (exit code 2 of the command), false if carrying it out failed (exit code
-    /// 1).
+    /// Returns true if the request itself was wrong (exit code 2 of the command), false if carrying it out failed (exit
+    /// code 1).
     #[must_use]
     pub fn is_usage(&self) -> bool {
         matches!(self, Error::Usage(_))

@@ -53,7 +53,7 @@ enum Group {
 const GROUPS: [(&str, Group); 4] =
     [("table", Group::Table), ("figure1", Group::Figure1), ("crysis", Group::Crysis), ("scaling", Group::Scaling)];
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let groups = GROUPS.map(|(name, _)| name).join(",");
     let own = [

@@ -80,7 +80,7 @@ pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) 
     Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help)
 }
 
-/// The shared flags.
+/// Makes the shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
     let mut all = vec![Arg::new("scene").value_name("SCENE").help(scene), size_argument()];

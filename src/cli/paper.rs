@@ -23,7 +23,7 @@ Examples:
   hbao paper -o report --size 320x240
   hbao paper -o report --models models";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("DIR").required(true);
     let (width, height) = SMALLEST;

@@ -27,7 +27,7 @@ Examples:
   hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
   hbao render -o final.png --dump images --timings times.json";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let shows = picture::names().map(|(name, _)| name).collect::<Vec<_>>().join(", ");
     let applies = APPLY.map(|(name, _)| name).join(", ");

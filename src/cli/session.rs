@@ -41,8 +41,9 @@ pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced
     Ok(traced)
 }
 
-/// The notice that a knob changes nothing on what only reads the radius and the attenuation. A method has an
-/// attenuation of its own, which counts unless another is given.
+/// Returns the notice that a setting has no effect on `on`, the name of a thing that depends only on the radius and the
+/// attenuation. The notice for `--method` names the attenuation if it is the default of that method, because the method
+/// then has this effect.
 pub(crate) fn without_effect(knob: &str, settings: &Settings, on: &str) -> String {
     let attenuation = settings.attenuation.name();
     if knob == "method" && settings.attenuation == Settings::for_method(settings.method).attenuation {

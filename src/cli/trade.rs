@@ -36,7 +36,7 @@ Examples:
   hbao trade nave --size 400x300
   hbao trade sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 --size 800x600 --json trade.json --plot trade.svg";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let own = [
         flags::path("json", "FILE.json", "Write the rows of both tables"),

@@ -20,7 +20,7 @@ Examples:
   hbao truth -o truth.exr --size 400x300
   hbao truth sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 -o truth.exr --truth-rays 1024";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
     let own = [output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.exr (float) or OUT.png")];

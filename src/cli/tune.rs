@@ -45,7 +45,7 @@ Examples:
   hbao tune sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 --size 800x600 --max-ms 20 --method hbao -o t.toml
   hbao render nave --size 400x300 --settings fast.toml -o nave.png";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("F.toml").required(true);
     let own = [

@@ -10,12 +10,12 @@ pub(super) fn sum(times: &[PassTime], wanted: impl Fn(&str) -> bool) -> f64 {
     times.iter().filter(|time| wanted(time.name)).map(|time| time.gpu_ms.unwrap_or(time.wall_ms)).fold(0.0, f64::add)
 }
 
-/// Whether the pass of this name computes ambient occlusion, or makes the half-size depth that it reads.
+/// Returns whether the pass of this name computes ambient occlusion, or makes the half-size depth that it reads.
 pub(super) fn is_ao(pass: &str) -> bool {
     matches!(pass, "half_depth" | "ao")
 }
 
-/// Whether the pass of this name belongs to the blur.
+/// Returns whether the pass of this name belongs to the blur.
 pub(super) fn is_blur(pass: &str) -> bool {
     pass.starts_with("blur")
 }

@@ -20,7 +20,7 @@ pub struct TradeRow {
     /// The time of ambient occlusion and its blur together in milliseconds, the median over the runs. It is measured by
     /// the driver's timer, or by the system's clock if the driver has none.
     pub ms: f64,
-    /// The errors against the truth.
+    /// The errors relative to the truth.
     pub errors: Errors,
     /// The errors over the edge pixels alone, which [`edges`] finds; `None` if there is no edge pixel.
     pub edge_errors: Option<Errors>,

@@ -207,7 +207,7 @@ macro_rules! methods {
                     ..ALONG_DIRECTIONS
                 }
             }
-            /// No method: A = 1 everywhere, as in the 'No AO' rows of Table 6.2.1.
+            /// No method: visibility is 1 everywhere, as in the 'No AO' rows of Table 6.2.1.
             None = "none" {
                 twin: [],
                 shader: [],
@@ -237,7 +237,7 @@ macro_rules! declare {
         }
 
         impl Method {
-            /// The facts that distinguish the method from the others, apart from its equation.
+            /// Returns the facts that distinguish the method from the others, apart from its equation.
             #[must_use]
             pub fn facts(self) -> &'static MethodFacts {
                 match self {
@@ -253,8 +253,8 @@ macro_rules! declare {
 methods!(declare);
 
 impl Method {
-    /// Whether the method reads the setting of this name. All methods read the settings of the G-buffer and of the
-    /// output.
+    /// Returns whether the method reads the setting of this name. All methods read the settings of the G-buffer and of
+    /// the output.
     #[must_use]
     pub fn reads(self, knob: &str) -> bool {
         let lists = |method: &Method| method.facts().reads.contains(&knob);

@@ -172,7 +172,7 @@ impl Settings {
         Settings { radius, ..self.clone() }
     }
 
-    /// R in scene units.
+    /// Returns R in scene units.
     ///
     /// # Errors
     /// [`Error::Usage`] if the radius is still a percentage of a scene's size.

@@ -30,7 +30,7 @@ impl Goal {
 /// The measured RMSE of a combination, and the median and upper quartile of its times. The choice is made from these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// The RMSE against the truth.
+    /// The RMSE relative to the truth.
     pub rmse: f64,
     /// The median of the runs, in milliseconds.
     pub ms: f64,
