@@ -1,5 +1,5 @@
-// Screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of points around P that lie in open space,
-// in front of the surface seen there. The float64 twin is src/reference/ssao.rs.
+// Screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of points around P that lie in free space,
+// in front of the surface that is seen at their texels. The float64 twin is src/reference/ssao.rs.
 //
 // Compiled in: N_SAMPLES, the number of points; LENGTHS, the lengths l_i of their offsets from P; one of ROTATION_*;
 // HALF_DEPTH, NORMALS and CURVE, each if that setting is on; and FLOOR, as in hbao.frag.
@@ -78,7 +78,7 @@ void main()
 #ifdef FLOOR
         accessibility += z;
 #else
-        // The point lies in open space if S.z > P.z + offset.z. Both sides are taken relative to P.z, since most digits
+        // The point lies in free space if S.z > P.z + offset.z. Both sides are taken relative to P.z, since most digits
         // of the offset would be lost in the sum.
         float rise_z = z - s.z;
         bool open = rise_z > offset.z || z >= background;

@@ -25,7 +25,7 @@ use targets::{AoTarget, COVERED, EDGE, mark, only_where, read};
 /// application would seem to come from this library.
 const PENDING: &str = "an error left by the application before ambient occlusion";
 
-/// Which results a run keeps besides ambient occlusion itself.
+/// The results that a run keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Extras {
     /// Keep ambient occlusion as it was before the blur.
@@ -49,12 +49,13 @@ pub(crate) struct Kept {
 /// units 0 to 3; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
 /// that exists only in later versions is neither saved nor changed.
 ///
-/// Some of what an application may have active can neither be paused nor be detected in OpenGL 3.3:
+/// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
 ///
 /// - If transform feedback is active, a call fails. End it first.
 /// - Conditional rendering would discard passes. End it first.
 /// - Active queries of samples, primitives or elapsed time also count the passes.
-/// - A program that was deleted while it was in use is gone afterwards, as after any change of the program.
+/// - A program that was deleted while it was in use ceases to exist during the call, as after any change of the program
+///   in use.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,

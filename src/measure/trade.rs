@@ -152,7 +152,8 @@ mod tests {
     #[test]
     fn the_front_is_what_nobody_beats_in_both() {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (5.0, 1.0), (0.5, 9.0)];
-        // Of two points with the same error, the slower one is not beaten in both.
+        // A point is beaten only if another is better in both. Of two points with the same error, the slower one is
+        // therefore on the front.
         assert_eq!(pareto(&points), [true, true, false, true, true, true]);
     }
 

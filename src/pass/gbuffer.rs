@@ -19,7 +19,7 @@ pub(crate) const SHADING: [f64; 2] = [0.4, 0.6];
 /// The name of the place that is given in errors while triangles are uploaded.
 const TRIANGLES: &str = "gbuffer: triangles";
 
-/// What the shader is compiled for.
+/// The variant of the shader that is compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct GBufferVariant {
     pub(crate) normals: Normals,
@@ -186,7 +186,7 @@ fn slices(camera: &Camera) -> Vec<[f64; 2]> {
 /// computed as derivatives of positions. These derivatives would lose precision if all positions contained the same
 /// large distance.
 fn origin(camera: &Camera) -> DVec3 {
-    // The near depth is rounded to float32, as it is where the shader adds it.
+    // The near depth is rounded to float32, because the shader adds it in float32.
     f64::from(camera.near as f32) * DVec3::Z
 }
 

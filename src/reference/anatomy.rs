@@ -61,7 +61,7 @@ impl<'a> Anatomy<'a> {
     }
 
     /// Returns the points that `ssao` samples around the surface point of the pixel. Each is given in eye space, with
-    /// `true` if it lies in open space, in front of the surface seen at its texel. Points are left out if their texel
+    /// `true` if it lies in free space, in front of the surface seen at its texel. Points are left out if their texel
     /// is background, or if the range check fades their surface by more than a hundredth. The offsets are those of
     /// `ssao-normals` off, and the depths those of `ssao-depth` full.
     #[must_use]

@@ -6,11 +6,11 @@
 //!
 //! Each sample is rounded to a texel centre by itself. If the step of one texel were rounded once, the samples would
 //! lie in 8 directions only, however many directions there are. But a sample near P that is rounded by itself may lie
-//! up to 22 degrees beside its direction, and there the surface has another tangent. With infinitely small texels the
-//! sample would lie in its direction. Therefore each sample is measured from the tangent towards itself, also in those
-//! places where the passes compare it with the direction's tangent. Otherwise the texels of a tilted plane would raise
-//! the horizon and hide what is low and near, however fine the image is: in a valley of 90 degrees A would be too large
-//! by 0.013.
+//! up to 22 degrees beside its direction, and the tangent in that direction is another. With infinitely small texels
+//! the sample would lie in its direction. Therefore each sample is measured from the tangent towards itself, also in
+//! those places where the passes compare it with the direction's tangent. Otherwise the texels of a tilted plane would
+//! raise the horizon and hide what is low and near, however fine the image is: in a valley of 90 degrees A would be too
+//! large by 0.013.
 //!
 //! In this limit Eq. 6.2.8 and 6.2.9 (`grounding`) are the same, and nothing occludes a plane in the talk's method,
 //! too.

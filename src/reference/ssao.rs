@@ -1,5 +1,5 @@
 //! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of
-//! points around P that lie in open space, in front of the surface seen there.
+//! points around P that lie in free space, in front of the surface that is seen at their texels.
 
 use super::sampling::{Pixel, Scene, Shift};
 use super::twin::Twin;
@@ -43,7 +43,7 @@ fn occlusion(scene: &Scene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     if z.is_infinite() {
         return 0.0;
     }
-    // The point lies in open space if S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by
+    // The point lies in free space if S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by
     // the reach of the offset, 2 P.z l, which is 2 % to 20 % of P.z. So the shift is relative to the reach. A shift
     // relative to the depth would be 5 to 45 times as large, far more than float32 can be off by.
     let reach = 2.0 * pixel.P.z * l;

@@ -49,8 +49,8 @@ impl Opening {
     }
 }
 
-/// Returns the cosine and the sine of `i`/`n` of a full turn. At quarter turns they are exact, where libm's would be
-/// only nearly zero, so that points that should coincide there do.
+/// Returns the cosine and the sine of `i`/`n` of a full turn. At quarter turns the results are exactly 0, 1 or -1.
+/// libm's results would only be nearly 0, and points that should coincide would not.
 pub(super) fn circle(i: usize, n: usize) -> (f64, f64) {
     match (4 * i / n % 4, 4 * i % n) {
         (0, 0) => (1.0, 0.0),

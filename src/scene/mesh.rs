@@ -82,7 +82,7 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Gives the mesh these normals, one per position. They may have any length, and are (0, 0, 0) where unknown.
+    /// Gives the mesh these normals, one per position. They may have any length, and an unknown normal is (0, 0, 0).
     ///
     /// # Errors
     /// [`Error::Usage`] unless there are as many normals as positions, all of them finite.

@@ -18,7 +18,7 @@ pub(super) const MOST_LIBRARIES: usize = 200;
 /// materials are ignored.
 ///
 /// Of each material only `Kd` is read. Many files have mistakes in other statements (`illum 2.0`, comments in Latin-1),
-/// which do not matter here.
+/// which therefore do not matter.
 pub(super) fn colours(
     file: impl BufRead,
     path: &Path,

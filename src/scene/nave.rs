@@ -71,7 +71,7 @@ const AISLE: f64 = 8.0;
 const AISLE_FLOOR: f64 = 0.15;
 const SILL_FLOOR: f64 = 1.2;
 const CHOIR_FLOOR: f64 = 1.35;
-/// Where the arch before the apse begins in x, and the apse's radius.
+/// The x at which the arch before the apse begins, and the apse's radius.
 const CHOIR_END: f64 = 14.0;
 const APSE: f64 = 3.2;
 
@@ -103,8 +103,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(60_f64.to_radians())),
             ..View::default()
         },
-        // This is somewhat more than the width of the columns' capitals. Creases and contacts darken, and the middles
-        // of walls and floors stay open.
+        // This is somewhat more than the width of the columns' capitals. With this radius creases and contacts darken,
+        // and the middles of walls and floors stay light.
         radius: Some(1.5),
     })
 }
@@ -145,7 +145,7 @@ fn floors(m: &mut Masonry) {
         // The step from the nave up to the columns.
         m.patch(1, 1, |i, j| dvec3([WEST - INTO, east][i], [-INTO, AISLE_FLOOR][j], 3.2));
     });
-    // The round steps, then the floor under the chancel arch, then the floor of choir and apse.
+    // This adds the round steps, then the floor under the chancel arch, then the floor of choir and apse.
     const STEPS: usize = 7;
     let mut profile = Vec::new();
     for k in 0..STEPS {
@@ -176,7 +176,7 @@ fn bay_line(m: &mut Masonry, x: f64) {
     ];
     let middle = NAVE.midpoint(OUTER);
     m.made_of(COLUMN).plinth([x - 0.56, AISLE_FLOOR - INTO, middle - 0.56], [x + 0.56, 0.40, middle + 0.56]);
-    // Of the columns at both ends, only the half that is not inside the wall is built.
+    // At both ends of the nave, only the half of a column that is not inside the wall is built.
     let half = if x == WEST { [9, 15] } else { [3, 9] };
     let around = if x == WEST || x == EAST { half } else { [0, 12] };
     m.lathe(dvec3(x, 0.0, middle), 12, around, &PROFILE);

@@ -97,7 +97,7 @@ impl<'a> Statement<'a> {
         self.text.split_whitespace().next().unwrap_or("")
     }
 
-    /// Everything after the keyword. This is how names are read, since they may contain spaces and `#`.
+    /// Returns everything after the keyword. Names are read in this way, since they may contain spaces and `#`.
     pub(super) fn name(&self) -> &'a str {
         self.text.split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim())
     }

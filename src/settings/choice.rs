@@ -72,7 +72,7 @@ choice! {
 }
 
 choice! {
-    /// Which tangent the elevation of a sample is measured from.
+    /// The tangent from which the elevation of a sample is measured.
     Grounding {
         /// The tangent towards the sample itself (Eq. 6.2.9).
         #[default]

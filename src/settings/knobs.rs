@@ -8,7 +8,7 @@ use super::{
 use crate::Error;
 use std::fmt;
 
-/// Which values a setting takes.
+/// The values that a setting accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Kind {

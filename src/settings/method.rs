@@ -102,9 +102,9 @@ const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
 /// A row holds:
 ///
 /// - the variant and its name;
-/// - `twin`, the file in `src/reference/` that holds the method's twin; empty if A = 1 everywhere;
+/// - `twin`, the file in `src/reference/` that holds the method's twin; empty if visibility is 1 everywhere;
 /// - `shader`, see [`MethodFacts::shader`];
-/// - `define`, a word that is defined when the shader is compiled, where two methods share a shader;
+/// - `define`, a word that is defined when the shader is compiled, which distinguishes two methods that share a shader;
 /// - `facts`, the other fields of [`MethodFacts`].
 macro_rules! methods {
     ($expand:ident) => {
@@ -189,7 +189,8 @@ macro_rules! methods {
                     ..ALONG_DIRECTIONS
                 }
             }
-            /// ShaderX7 6.1, the method of Crysis: A follows from the share of points around P that lie in open space.
+            /// ShaderX7 6.1, the method of Crysis: visibility follows from the share of points around P that lie in
+            /// free space.
             Ssao = "ssao" {
                 twin: [ssao],
                 shader: ["ssao.frag"],

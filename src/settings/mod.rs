@@ -1,5 +1,5 @@
-//! Every setting, declared once with its meaning, unit, range and default; and every method, declared once with all
-//! facts about it.
+//! Declares every setting once, with its meaning, unit, range and default, and every method once, with all facts about
+//! it.
 //!
 //! The command line's flags and `--help`, the settings files (TOML) and the metadata of written images are all made
 //! from [`KNOBS`]; the passes read the typed fields of [`Settings`]. Which settings a method reads, how many samples it
@@ -79,7 +79,7 @@ pub struct Settings {
     pub snap: Snap,
     /// Where a sample beyond the image's border is assumed to lie.
     pub clamp: Clamp,
-    /// Which tangent the elevations of samples are measured from.
+    /// The tangent from which the elevations of samples are measured.
     pub grounding: Grounding,
     /// Where the G-buffer's normals come from.
     pub normals: Normals,

@@ -30,8 +30,8 @@ const SCALING: &str = "scaling";
 /// One case to be measured: what is rendered, and with which settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Which measurement it belongs to: `half`, `msaa1` and `msaa4` are the rows of Table 6.2.1; the others are
-    /// `figure1`, `crysis` and `scaling`.
+    /// The measurement that the case belongs to: `half`, `msaa1` and `msaa4` are the rows of Table 6.2.1; the others
+    /// are `figure1`, `crysis` and `scaling`.
     pub mode: &'static str,
     /// The name that distinguishes the case from the others of its mode: a column of Table 6.2.1, a method, or a series
     /// of the scaling.

@@ -75,7 +75,9 @@ impl Comparer {
     /// The same as for [`Pipeline::new`], and [`Error::Usage`] for several depth samples per pixel or half resolution.
     pub fn new(gl: &std::sync::Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<Comparer, Error> {
         if settings.msaa != 1 || settings.ao_scale() != 1 {
-            return Err(Error::Usage("precision is measured with one sample a pixel, at full resolution".into()));
+            return Err(Error::Usage(
+                "precision is measured with one depth sample per pixel, at full resolution".into(),
+            ));
         }
         let request = Request { raw: true, ..Request::default() };
         Ok(Comparer { pipeline: Pipeline::new(gl, size, settings, request)?, settings: settings.clone() })

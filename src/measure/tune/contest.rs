@@ -17,12 +17,12 @@ pub(super) const NEAR: f64 = 1.25;
 /// Rough times may be wrong by this factor. A combination whose rough time is over this many times the limit is
 /// certainly too slow.
 pub(super) const NOISE: f64 = 2.0;
-/// The most combinations that are timed in the same interleaved rounds. The number is small because each holds images
-/// in memory.
+/// The largest number of combinations that are timed in the same interleaved rounds. The number is small because each
+/// holds images in memory.
 const CONTENDERS: usize = 12;
 /// The number of contenders that are timed for longer, called finalists.
 const FINALISTS: usize = 4;
-/// The factor by which finalists get more additional runs than contenders.
+/// Finalists get this many times as many additional runs as a contender has.
 const FINALIST_RUNS: usize = 3;
 
 /// A contest between combinations that may win: its goal, and the truth that images are compared with.
