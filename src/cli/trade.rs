@@ -24,10 +24,10 @@ llvmpipe uses one thread. Nothing else should run on the machine.
 
 The second table splits the error of 'hbao' into parts, for 4x4, 8x8 and 16x16 samples at full and at half resolution,
 on 50,000 random pixels that are the same in every run. Each part is the difference between two images:
-  model         the converged method (64 directions, a sample at every texel, in float64), less the ray-traced image
-  sampling      the method with its own number of samples, less the converged method
-  filtering     the image after the blur, less the image before it
-  quantisation  the image with 8-bit formats, less the image with float formats
+  model         the converged method (64 directions, a sample at every texel, in float64) minus the ray-traced image
+  sampling      the method with its own number of samples minus the converged method
+  filtering     the image after the blur minus the image before it
+  quantisation  the image with 8-bit formats minus the image with float formats
 At each pixel the parts add up to the total error, and so the biases of the parts add up to the total bias. The squares
 of the RMSEs add up to the square of the total RMSE only together with the cross term: twice the sum, over all pairs of
 parts, of the mean of their product.

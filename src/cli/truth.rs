@@ -13,8 +13,8 @@ use std::path::PathBuf;
 const EXPLANATION: &str = "\
 The command evaluates Eq. 6.2.3 of ShaderX7 by rays whose directions are uniform over the hemisphere about the
 triangle's normal. The rays start at the surface point that is seen through the pixel's centre, and triangles occlude
-from both sides. Of the settings, only --radius and --attenuation have an effect. The noise that is reported is the root
-of the variance of a pixel, averaged over the pixels and estimated from two independent halves of the rays.
+from both sides. Of the settings, only --radius and --attenuation have an effect. The noise that is reported is the
+square root of the variance of a pixel, averaged over the pixels and estimated from two independent halves of the rays.
 
 Examples:
   hbao truth -o truth.exr --size 400x300

@@ -28,11 +28,11 @@ default unless they are set. An RMSE over all pixels hardly reflects the pattern
 or banding. It hardly reflects jagged edges either, because few pixels are edges. Give --jitter tile --blur 9 --edges
 supersample to keep the settings that prevent these artefacts.
 
-Each combination is rendered once for its error, those with the least work first. For --max-error, a combination is not
-rendered if it certainly needs no less work than an earlier one that meets the goal. For --max-ms, it is not rendered if
-it certainly needs no less work than an earlier one whose rough time is over twice T. The combinations that are nearest
-to the goal are varied in one setting at a time. Those that may win are then timed in interleaved rounds, and the best 4
-of them in three times as many more.
+The combinations are rendered once for their error, those with the least work first. For --max-error, a combination is
+not rendered if it certainly needs no less work than an earlier one that meets the goal. For --max-ms, it is not
+rendered if it certainly needs no less work than an earlier one whose rough time is over twice T. The combinations that
+are nearest to the goal are varied in one setting at a time. Those that may win are then timed in interleaved rounds,
+and the best 4 of them in three times as many more.
 
 For --max-error, all combinations that reach the error and whose median time is at most the upper quartile of the
 fastest one's times count as equally fast, and the most accurate of these is chosen. For --max-ms, the most accurate
