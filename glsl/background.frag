@@ -1,5 +1,5 @@
-// Discards background. The stencil is written where this shader does not discard, that is, at pixels that hold a
-// surface; later passes test the stencil, so their shaders never run on background.
+// Discards background. The stencil is written at the pixels that this shader does not discard, which hold a surface.
+// Later passes test the stencil, so their shaders never run on background.
 void main()
 {
     if (depth_at(gl_FragCoord.xy) >= background)

@@ -1,15 +1,14 @@
 // Two blurs of ambient occlusion that respect depth. One is the cross-bilateral blur of ShaderX7 6.2, whose weights are
 // Gaussian in the image and in depth. The other is the 4x4 blur of 6.1, whose taps all have the same weight.
 //
-// Where ao_image has half the resolution, the blur also upsamples it. On edge pixels the shader runs as the
-// supersampling blur: it blurs around each depth sample of the pixel and takes the mean.
-// The float64 twin is src/reference/blur.rs.
+// If ao_image has half the resolution, the blur also upsamples it. On edge pixels the shader runs as the supersampling
+// blur: it blurs around each depth sample of the pixel and takes the mean. The float64 twin is src/reference/blur.rs.
 //
 // Compiled in:
 //   FIRST_X, LAST_X, FIRST_Y, LAST_Y  the range of the taps, in texels of ao_image, counted from the texel that holds
 //                                     the pixel
 //   FROM               how many pixels in x and y one texel of ao_image stands for
-//   UPSAMPLES          defined where FROM is not vec2(1)
+//   UPSAMPLES          defined if FROM is not vec2(1)
 //   GAUSSIAN, SPATIAL  the number of spatial weights, and the weights: exp(-k^2 / (2 s^2)) at k = 0, 1, ... pixels from
 //                      the centre, and 0 beyond the kernel. Undefined for the blur with equal weights.
 //   SAMPLES            depth samples per pixel. Defined only for the supersampling blur.
@@ -36,9 +35,9 @@ uniform sampler2DMS depth_samples;
 out float out_0;
 
 #ifdef GAUSSIAN
-// The weight of tap i, counted in texels of ao_image, along one axis. `odd` says that the pixel is the second of the
-// two pixels its texel stands for. The indices are written so that they are constant once the loops over the taps are
-// unrolled; an index computed at run time is slower.
+// Returns the weight of tap i, counted in texels of ao_image, along one axis. `odd` says that the pixel is the second
+// of the two pixels that its texel stands for. The indices are written so that they are constant once the loops over
+// the taps are unrolled; an index computed at run time is slower.
 float spatial_weight(int i, float from, bool odd)
 {
     return from == 1.0 ? spatial[abs(i)] : odd ? spatial[abs(2 * i - 1)] : spatial[abs(2 * i)];
@@ -57,13 +56,14 @@ void main()
 #endif
         sum[s] = 0.0;
         weights[s] = 0.0;
-        // A is 1 where every tap lies on background.
+        // A is 1 if every tap lies on background.
         nearest[s] = 1.0;
         distance_to[s] = background;
     }
 
-    // `home` is the centre of the texel of ao_image that holds the pixel; the taps lie around it. `odd` is true, for
-    // each axis, where the pixel is not the one at which that texel's A was computed, but the one after it.
+    // `home` is the centre of the texel of ao_image that holds the pixel; the taps lie around it. The visibility A of a
+    // texel was computed at the first of the pixels that the texel stands for. `odd` is true, for each axis, if this
+    // pixel is the one after it.
     vec2 home = floor(p / FROM) + 0.5;
     bvec2 odd = notEqual(p, FROM * (home - 0.5) + 0.5);
 #ifndef GAUSSIAN

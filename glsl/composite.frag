@@ -1,9 +1,9 @@
 // The final image: colour times visibility A.
 //
-// Compiled in: APPLY_AMBIENT, where A multiplies only the ambient share of the colour, which is in the colour's alpha.
+// Compiled in: APPLY_AMBIENT, if A is to multiply only the ambient share of the colour, which is in the colour's alpha.
 uniform sampler2DRect colour_image;
 uniform sampler2DRect ao_image;
-uniform float ao_texels; // texels of ao_image per pixel, along a row: 1, or 1/2 where ao_image has half the size
+uniform float ao_texels; // texels of ao_image per pixel, along a row: 1, or 1/2 if ao_image has half the size
 
 out vec4 out_0;
 

@@ -1,6 +1,6 @@
-// Edge detection, ShaderX7 6.2 (Multisample antialiasing). A pixel is an edge where its depth samples span more than
-// the blur's depth sigma, or where some lie on a surface and some on background. All other pixels are discarded. The
-// float64 twin is src/reference/edges.rs.
+// Edge detection, ShaderX7 6.2 (Multisample antialiasing). A pixel is an edge if its depth samples span more than the
+// blur's depth sigma, or if some lie on a surface and some on background. All other pixels are discarded. The float64
+// twin is src/reference/edges.rs.
 //
 // Compiled in: SAMPLES, the depth samples per pixel.
 uniform sampler2DMS depth_samples;

@@ -1,7 +1,7 @@
 // The G-buffer: colour, linear depth and normal of the surface, evaluated on the ray through the pixel's centre.
 // The float64 twin is src/reference/gbuffer.rs, which finds the same surface by ray casting.
 //
-// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED where normals are stored as n/2 + 1/2; and
+// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; and
 // either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the interpolated vertex normal).
 in vec3 position; // in eye space, relative to the middle of the near plane: (x, y, z - near)
 #ifdef NORMALS_VERTEX
@@ -17,14 +17,14 @@ out vec4 out_0; // colour; alpha is the share of the colour that is ambient
 out float out_1; // linear depth
 out vec4 out_2; // normal
 
-// v divided by the magnitude of its largest component. The result is zero where v is zero, infinite or NaN.
+// Returns v divided by the magnitude of its largest component. The result is zero if v is zero, infinite or NaN.
 vec3 scaled(vec3 v)
 {
     float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
     return largest > 0.0 && largest <= 3.4e38 ? v / largest : vec3(0.0);
 }
 
-// The unit vector along v, or `otherwise` where v has no direction: where it is zero, infinite or NaN.
+// Returns the unit vector along v, or `otherwise` if v has no direction because it is zero, infinite or NaN.
 vec3 unit(vec3 v, vec3 otherwise)
 {
     v = scaled(v);
@@ -54,8 +54,8 @@ void main()
     // The depth at which the ray r meets the plane through the interpolated position Q: z = (n.Q) / (n.r). It is
     // computed as Q.z plus a correction that moves Q along the plane onto the ray.
     float z = near_far.x + (facing < 0.0 ? position.z + dot(plane.xy, off_ray) / facing : position.z);
-    // The depth is clamped to the view's. NaN arises where the ray does not meet the plane; the comparison is written
-    // so that NaN becomes the near depth.
+    // The depth is clamped to the range of the view. It is NaN if the ray does not meet the plane; the comparison is
+    // written so that NaN becomes the near depth.
     z = z > near_far.x ? min(z, near_far.y) : near_far.x;
 
 #ifdef NORMALS_VERTEX

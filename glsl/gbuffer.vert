@@ -1,6 +1,6 @@
 // The G-buffer's vertex shader. Positions are transformed to eye space in float64 before they are uploaded.
 //
-// Compiled in: NORMALS_VERTEX, where the fragment shader reads vertex normals.
+// Compiled in: NORMALS_VERTEX, if the fragment shader reads vertex normals.
 in vec3 vertex_position; // in eye space, relative to the middle of the near plane
 #ifdef NORMALS_VERTEX
 in vec3 vertex_normal;

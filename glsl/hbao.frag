@@ -1,19 +1,20 @@
-// Horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9. The float64 twin is src/reference/hbao.rs.
+// Horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9. The output is the visibility A, 1 where nothing occludes.
+// The float64 twin is src/reference/hbao.rs.
 //
-// Compiled in, beside what the shared pieces list: BIAS where the angle bias is above 0, one of ATTENUATION_* and one
-// of GROUNDING_*. FLOOR is for measuring: every depth is still fetched, but what is computed from the depths is
-// replaced by their sum. The time of that shader is the least that this sampling can cost.
+// Compiled in, in addition to what the shared pieces list: BIAS, if the angle bias is above 0; one of ATTENUATION_*;
+// and one of GROUNDING_*. FLOOR is for measurements: every depth is still fetched, but a sum of the depths replaces the
+// arithmetic. The time of the resulting shader, the fetch floor, is the least that this sampling can cost.
 out float out_0;
 
 // The horizon of one direction, after the samples taken so far.
 struct Horizon {
     float sine;      // sine of the horizon's elevation
     float tangent;   // sine of t(theta), the direction's tangent, or of t_i, the tangent towards the last sample
-    float previous;  // the last accepted sample's sine, less the tangent's
+    float previous;  // the last accepted sample's sine minus the tangent's
     float occlusion; // the sum of Eq. 6.2.9 so far
 };
 
-// Takes sample i = 1..N_S into account.
+// Updates the horizon and the occlusion by sample i = 1..N_S.
 void look_at(inout Horizon h, Surface s, Direction d, int i)
 {
     Sample S = sample_at(s, d, i);

@@ -1,5 +1,5 @@
-// Horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3. Each direction has one horizon, and one
-// attenuation, that of the sample which makes the horizon. The float64 twin is src/reference/hbao_talk.rs.
+// Horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3. Each direction has one horizon and one
+// attenuation, which is that of the sample at the horizon. The float64 twin is src/reference/hbao_talk.rs.
 //
 // Compiled in: what the shared pieces list, BIAS, one of ATTENUATION_*, and FLOOR as in hbao.frag.
 out float out_0;
@@ -7,10 +7,10 @@ out float out_0;
 // The horizon of one direction, h(theta): the highest of the tangent and the samples within R.
 struct Horizon {
     float sine;    // sine of the horizon's elevation
-    float squared; // |D|^2 of the sample that makes the horizon; 0 while the tangent does
+    float squared; // |D|^2 of the sample at the horizon; 0 as long as the tangent is the horizon
 };
 
-// Takes sample i = 1..N_S into account.
+// Raises the horizon to sample i = 1..N_S, if that is higher.
 void look_at(inout Horizon h, Surface s, Direction d, int i)
 {
     Sample S = sample_at(s, d, i);

@@ -2,13 +2,13 @@
 // sample within R occludes by its solid angle, even where other samples hide it from P.
 // The float64 twin is src/reference/microsphere.rs.
 //
-// Compiled in, beside what the shared pieces list: CREASE, where every sample has the same solid angle; and FLOOR, as
-// in hbao.frag.
+// Compiled in, in addition to what the shared pieces list: CREASE, if every sample has the same solid angle; and FLOOR,
+// as in hbao.frag.
 out float out_0;
 
 const float PI = 3.14159265358979;
 
-// The occlusion by sample i = 1..N_S of the surface s, whose unit normal is n.
+// Returns the occlusion of the surface s, whose unit normal is n, by sample i = 1..N_S.
 float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
 {
     Sample S = sample_at(s, d, i);
@@ -27,7 +27,7 @@ float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
     float rho = 0.5 * S.z * pixel.y;
 #endif
     float sine = min(1.0, rho * inverse);
-    // cap = 1 - sqrt(1 - sine^2), in a form that does not cancel where the sine is small.
+    // cap = 1 - sqrt(1 - sine^2), in a form that does not cancel if the sine is small.
     float cap = sine * sine / (1.0 + sqrt(1.0 - sine * sine));
     float m = 2.0 * PI * (s.jitter.z + float(i)) * step_px.x * step_px.y / float(N_D);
     float solid_angles = m * 2.0 * PI * cap;

@@ -13,11 +13,11 @@ const vec2 azimuths[N_D] = vec2[N_D](DIRECTIONS);
 struct March {
     vec2 stride; // texels from one step to the next
     float start; // 1/z at P, or z when orthographic
-    float rise;  // what each step adds to that
+    float rise;  // what each step adds to `start`
 };
 
-// Tests step i = 1..N_S of a ray. `stopped` becomes |D|^2 of the texel if that texel stops the ray; it is negative
-// before any texel has.
+// Tests step i = 1..N_S of a ray. If a texel stops the ray, `stopped` becomes |D|^2 of that texel. Before that it is
+// negative.
 void march_to(inout float stopped, Surface s, March ray, int i)
 {
     float along = s.jitter.z + float(i);
@@ -47,7 +47,7 @@ void main()
 {
     Surface s = surface_at(gl_FragCoord.xy);
     // A frame about the normal: b1 and b2 span the tangent plane. b1 is perpendicular to the x axis, or to the y axis
-    // where n is close to the x axis.
+    // if n is close to the x axis.
     vec3 n = s.n * inversesqrt(max(dot(s.n, s.n), 1e-36));
     vec3 b1 = normalize(cross(n, abs(n.x) < 0.8 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
     vec3 b2 = cross(n, b1);
@@ -63,8 +63,8 @@ void main()
             // The ray ends at the point E, at the distance R from P or at the near plane, whichever comes first.
             float to_near = ray.z < 0.0 ? max(s.z - near, 0.0) / -ray.z : 3e38;
             float reach = min(radius, to_near);
-            // Where the ray ends at the near plane, E.z is the near depth itself. s.z + reach * ray.z would lose a
-            // small near depth to rounding.
+            // If the ray ends at the near plane, E.z is the near depth itself: computed as s.z + reach * ray.z, a small
+            // near depth would be lost to rounding.
             float E_z = reach < to_near ? s.z + reach * ray.z : min(near, s.z);
             // One step covers this share of the way from P to E in the image. Along that way 1/z of the ray changes
             // linearly, or z when orthographic; `rise` is the change per step.

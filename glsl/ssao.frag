@@ -1,8 +1,8 @@
-// Screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of points around P that lie in open space,
-// in front of the surface seen there. The float64 twin is src/reference/ssao.rs.
+// Screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of points around P that lie in free space,
+// in front of the surface that is seen at their texels. The float64 twin is src/reference/ssao.rs.
 //
 // Compiled in: N_SAMPLES, the number of points; LENGTHS, the lengths l_i of their offsets from P; one of ROTATION_*;
-// HALF_DEPTH, NORMALS and CURVE, each where that setting is on; and FLOOR, as in hbao.frag.
+// HALF_DEPTH, NORMALS and CURVE, each if that setting is on; and FLOOR, as in hbao.frag.
 out float out_0;
 
 #ifdef HALF_DEPTH
@@ -16,7 +16,7 @@ float sample_depth_at(vec2 q) { return depth_at(q); }
 
 const float lengths[N_SAMPLES] = float[N_SAMPLES](LENGTHS);
 
-// The matrix that turns an offset by v, a unit vector from the tile (6.1, Randomly rotated kernel).
+// Returns the matrix that turns an offset by v, a unit vector from the tile (6.1, Randomly rotated kernel).
 mat3 turned_by(vec3 v)
 {
 #ifdef ROTATION_MIRROR
@@ -55,8 +55,8 @@ void main()
         float along = corner < 4 ? -lengths[i] : lengths[i];
 #ifdef NORMALS
         // 6.1, Future improvements: no sample lies behind the surface. Q is the point at the sample's depth on the ray
-        // through the sample's position. Where n.(Q - P) is negative, the offset is reversed. In perspective the
-        // product is divided by P.z, which leaves its sign.
+        // through the sample's position. If n.(Q - P) is negative, the offset is reversed. In perspective the product
+        // is divided by P.z, which leaves its sign.
         float rise = dot(s.n.xy, diagonal.xy * pixel);
 #ifdef ORTHOGRAPHIC
         float towards = along * (rise - diagonal.z * s.facing);
@@ -67,8 +67,9 @@ void main()
         along = towards < 0.0 ? -along : along;
 #endif
         vec3 offset = along * diagonal;
-        // The sample reads the nearest texel. Beyond the border the sampler clamps the position to a pixel. That is
-        // enough at full resolution only: where a texel stands for several pixels, it must be clamped to a texel first.
+        // The sample reads the nearest texel. Beyond the border the sampler clamps the position to a pixel. This is
+        // enough at full resolution only. If a texel stands for several pixels, the position must be clamped to a texel
+        // first.
         vec2 q = s.p + floor(offset.xy + 0.5);
 #ifdef SCALE
         q = clamp(q, vec2(0.5), size - 0.5);
@@ -77,11 +78,11 @@ void main()
 #ifdef FLOOR
         accessibility += z;
 #else
-        // The point is open where S.z > P.z + offset.z. Both sides are taken relative to P.z, since most digits of the
-        // offset would be lost in the sum.
+        // The point lies in free space if S.z > P.z + offset.z. Both sides are taken relative to P.z, since most digits
+        // of the offset would be lost in the sum.
         float rise_z = z - s.z;
         bool open = rise_z > offset.z || z >= background;
-        // 6.1, depth range check: the sample counts 0.5 where the surface is too far in front of P.
+        // 6.1, depth range check: the sample counts 0.5 if the surface is too far in front of P.
         accessibility += mix(float(open), 0.5, clamp(-rise_z / z, 0.0, 1.0));
 #endif
     }

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-/// What can go wrong. The message of each is one line that says what is wrong, where, and what to do about it.
+/// The errors of the library. The message of each error is one line that says what is wrong, where it is wrong, and
+/// what to do about it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -17,7 +18,7 @@ pub enum Error {
     Input {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, and where in it.
+        /// What is wrong with the file, and at which place in it.
         what: String,
     },
     /// A file cannot be written. An earlier file of that name is left as it was, and no part of the new one remains.
@@ -54,8 +55,8 @@ pub enum GlCause {
 }
 
 impl Error {
-    /// True if the request itself was wrong (exit code 2 of the command), false if carrying it out failed (exit code
-    /// 1).
+    /// Returns true if the request itself was wrong (exit code 2 of the command), false if carrying it out failed (exit
+    /// code 1).
     #[must_use]
     pub fn is_usage(&self) -> bool {
         matches!(self, Error::Usage(_))

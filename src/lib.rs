@@ -4,10 +4,10 @@
 //! - To embed it in an application that owns a context and a G-buffer, use [`AmbientOcclusion`]; the example is below.
 //! - To render a model without a display, use [`context::Context`], [`scene::Scene`] and [`Pipeline`].
 //! - To compare its results with the equations, use [`mod@reference`].
-//! - To read what was measured with it, see [`measure`].
+//! - To read the results of the measurements, see [`measure`].
 //!
-//! It is not an interactive renderer, and it is not ambient occlusion of today's kind. It reproduces what the papers
-//! describe, and [`mod@reference`] lists where it departs from them.
+//! The crate is not an interactive renderer, and it does not implement the ambient occlusion of today. It reproduces
+//! what the papers describe, and [`mod@reference`] lists the places where it departs from them.
 //!
 //! # Features
 //!
@@ -18,8 +18,9 @@
 //! # Conventions
 //!
 //! Eye space is left-handed: x right, y up, z forward, so that a visible point has z > 0. Images in memory and textures
-//! have their bottom row first, and files have their top row first. Ambient occlusion is visibility: 1 is open and 0 is
-//! closed. Angles are radians here, and degrees on the command line and in files.
+//! have their bottom row first, and files have their top row first. Ambient occlusion is stored as visibility, which
+//! the papers and the comments call A: 1 means that nothing occludes, and 0 that everything does. Angles are radians
+//! here, and degrees on the command line and in files.
 #![cfg_attr(feature = "render", doc = include_str!("embedding.md"))]
 #![doc = include_str!("passes.md")]
 // Without `render`, a few functions that only the pipeline calls are unused, and the documentation's links to what

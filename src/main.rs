@@ -12,10 +12,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 fn main() -> ExitCode {
-    // A write past the limit of file sizes (`ulimit -f`) then returns an error, which is reported and cleaned up after;
-    // the signal's default action would end the process at once. Rust treats broken pipes the same way.
+    // By default the signal SIGXFSZ ends the process at a write past the limit of file sizes (`ulimit -f`). If the
+    // signal is ignored, the write returns an error, which can be reported, and half-written files can be removed. Rust
+    // treats broken pipes in the same way.
     #[cfg(unix)]
-    // SAFETY: no other thread runs yet, and to ignore a signal needs no handler.
+    // SAFETY: no other thread runs yet, and ignoring a signal needs no handler.
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
@@ -28,14 +29,14 @@ fn main() -> ExitCode {
     }
 }
 
-/// The system's allocator. Where memory runs out, the program prints one line and exits with code 1, as for every other
+/// The system's allocator. If memory runs out, the program prints one line and exits with code 1, as for every other
 /// failure; Rust's own handler would abort.
 struct Memory;
 
 #[global_allocator]
 static MEMORY: Memory = Memory;
 
-// SAFETY: each call is the system allocator's own, with the caller's own promises.
+// SAFETY: each function passes its arguments to the system's allocator, which has the same contract.
 unsafe impl GlobalAlloc for Memory {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as above.
@@ -58,7 +59,7 @@ unsafe impl GlobalAlloc for Memory {
     }
 }
 
-/// Passes on memory that the system gave; a null pointer ends the program.
+/// Returns the memory that the system gave, or ends the program if the pointer is null.
 fn exit_where_null(memory: *mut u8, size: usize) -> *mut u8 {
     if memory.is_null() { out_of_memory(size) } else { memory }
 }
@@ -74,7 +75,7 @@ fn out_of_memory(size: usize) -> ! {
         let _ = std::io::stderr().write_fmt(what);
         std::process::exit(1);
     }
-    // Another thread has printed the line and is ending the program.
+    // Another thread has printed the line and is ending the program; this thread waits.
     loop {
         std::thread::sleep(Duration::from_secs(1));
     }

@@ -1,5 +1,5 @@
-//! The images that can be written of a rendering, with one row of facts each: `--show`, `--dump`, their help texts and
-//! the notices on flags without effect all ask these rows.
+//! The images of a rendering that can be written to files, with one row of facts for each. `--show`, `--dump`, their
+//! help texts and the notices about flags without effect are all made from these rows.
 
 use hbao::image::{Image, exr, png};
 use hbao::settings::{MethodBlur, Settings};
@@ -8,23 +8,24 @@ use std::path::Path;
 
 /// An image that can be written.
 pub(crate) struct ImageKind {
-    /// Its name for `--show`; none for an image that only `--dump` writes.
+    /// The name of the image for `--show`; `None` for an image that only `--dump` writes.
     pub(crate) name: Option<&'static str>,
-    /// The name of its file in the folder of `--dump`; none for an image that is not dumped.
+    /// The name of the image's file in the folder of `--dump`; `None` for an image that `--dump` does not write.
     pub(crate) dumped: Option<&'static str>,
-    /// What its pixels hold, as `--help` says it.
+    /// The text of `--help` that says what the pixels of the image hold.
     pub(crate) help: &'static str,
-    /// Adds what the image needs of the pipeline to a request. `Apply` is the light that ambient occlusion darkens.
+    /// Adds to a request what the pipeline must make for this image. `Apply` is the light that ambient occlusion
+    /// darkens.
     needs: fn(Request, Apply) -> Request,
     /// True for an image that is made before the blur, so that it needs no blur.
     unblurred: bool,
-    /// Whether the setting of this name can change the image, as the other settings are.
+    /// Whether the setting of this name can change the image, given the values of the other settings.
     decided_by: fn(&str, &Settings) -> bool,
     /// Reads the image back.
     read: fn(&Pipeline, &Settings) -> Result<Pixels, Error>,
 }
 
-/// Declares the rows, and the list of all of them.
+/// Declares a static for each row, and the list of all rows.
 macro_rules! images {
     ($($(#[$doc:meta])* $image:ident { $($fact:tt)* })+) => {
         $($(#[$doc])* pub(crate) static $image: ImageKind = ImageKind { $($fact)* };)+
@@ -34,8 +35,10 @@ macro_rules! images {
     };
 }
 
-const VISIBILITY: &str = "visibility after and before the blur, 1 is open: grey, or Y in an EXR";
-const COLOURS: &str = "RGB; in an EXR the 8-bit values over 255";
+const VISIBILITY: &str = "visibility after the blur (ao) and before it (ao-raw), 1 where nothing occludes: grey in a\n\
+                          PNG, Y in an EXR";
+const COLOURS: &str = "the shaded colour with ambient occlusion (final) and without it (color): RGB; an EXR holds\n\
+                       the 8-bit values divided by 255";
 
 images! {
     /// The shaded colour, darkened by ambient occlusion.
@@ -88,8 +91,8 @@ images! {
     DEPTH {
         name: Some("depth"),
         dumped: Some("depth.exr"),
-        help: "eye-space z: grey from 0, the nearest surface in view, to 254, the farthest, and 255 background;\n\
-               in an EXR Y in scene units, +infinity for background",
+        help: "eye-space z. A PNG holds grey: 0 for the nearest surface in view, 254 for the farthest, 255\n\
+               for the background. An EXR holds Y in scene units, and +infinity for the background",
         needs: |request, _| request,
         unblurred: false,
         decided_by: |knob, _| matches!(knob, "msaa" | "depth-format"),
@@ -99,8 +102,8 @@ images! {
     NORMALS {
         name: Some("normals"),
         dumped: Some("normals.exr"),
-        help: "in eye space, x right, y up, z forward: (n + 1)/2 as RGB, background black; in an EXR R, G, B are\n\
-               x, y, z, and 0, 0, 0 background",
+        help: "the normal n in eye space: x points right, y up, z forward. A PNG holds (n + 1)/2 as RGB, black\n\
+               for the background. An EXR holds x, y, z as R, G, B, and 0, 0, 0 for the background",
         needs: |request, _| request,
         unblurred: false,
         decided_by: |knob, _| matches!(knob, "msaa" | "normals" | "normal-format"),
@@ -110,11 +113,11 @@ images! {
     EDGES {
         name: Some("edges"),
         dumped: Some("edges.png"),
-        help: "255 (in an EXR 1) on pixels of several surfaces, 0 elsewhere: 0 everywhere without MSAA",
+        help: "255 (in an EXR 1) at pixels that hold several surfaces, 0 at all others; without MSAA no pixel does",
         needs: |request, _| Request { edges: true, ..request },
         unblurred: false,
-        // Pixels are edges where their depths differ by more than the blur's depth sigma. What that sigma follows from
-        // decides it, even where the method has no blur.
+        // A pixel is an edge if its depth samples differ by more than the blur's depth sigma. Every setting that
+        // determines this sigma can therefore change the image, even if the method has no blur.
         decided_by: |knob, settings| {
             let of_depth = settings.method.facts().blur == MethodBlur::Crysis;
             match knob {
@@ -144,24 +147,24 @@ fn not_kept(what: &str) -> Error {
     Error::Usage(format!("{what} was not asked for"))
 }
 
-/// The request for a pipeline that makes these images.
+/// Returns the request for a pipeline that makes these images.
 pub(crate) fn request<'a>(images: impl IntoIterator<Item = &'a ImageKind>, apply: Apply) -> Request {
     let gbuffer = Request { gbuffer_only: true, ..Request::default() };
     images.into_iter().fold(gbuffer, |request, image| (image.needs)(request, apply))
 }
 
-/// The images that `--show` can name, with their names.
+/// Returns the images that `--show` can name, with their names.
 pub(crate) fn names() -> impl Iterator<Item = (&'static str, &'static ImageKind)> {
     ALL.iter().filter_map(|image| Some((image.name?, *image)))
 }
 
-/// The images that `--dump` writes, and the names of their files.
+/// Returns the images that `--dump` writes, with the names of their files.
 pub(crate) fn dumped() -> impl Iterator<Item = (&'static str, &'static ImageKind)> {
     ALL.iter().filter_map(|image| Some((image.dumped?, *image)))
 }
 
 impl ImageKind {
-    /// Whether the setting of this name can change the image, as the other settings are.
+    /// Whether the setting of this name can change the image, given the values of the other settings.
     pub(crate) fn is_decided_by(&self, knob: &str, settings: &Settings) -> bool {
         (self.decided_by)(knob, settings)
     }
@@ -171,7 +174,7 @@ impl ImageKind {
         self.unblurred
     }
 
-    /// The bytes of a file that holds the image.
+    /// Encodes the image as the bytes of a file.
     pub(crate) fn encode(
         &self,
         pipeline: &Pipeline,
@@ -191,7 +194,7 @@ pub(crate) enum FileFormat {
 }
 
 impl FileFormat {
-    /// The format that the extension of the file's name says.
+    /// Returns the format that belongs to the extension of the file's name.
     pub(crate) fn of(path: &Path) -> Result<FileFormat, Error> {
         match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
             Some("png") => Ok(FileFormat::Png),
@@ -204,22 +207,22 @@ impl FileFormat {
 /// Pairs of keyword and text that are stored in the file.
 type Text<'a> = &'a [(&'static str, &'a str)];
 
-/// An image that was read back. The kind of its pixels says how each file format holds them.
+/// An image that was read back. Each variant is stored differently in a file.
 pub(crate) enum Pixels {
-    /// 8-bit colours; in EXR over 255.
+    /// 8-bit colours. An EXR holds them divided by 255.
     Colours(Image<[u8; 3]>),
-    /// Visibility; in PNG as grey.
+    /// Visibility. A PNG holds it as grey.
     Visibility(Image<f32>),
-    /// Eye-space z; in PNG as grey from the nearest surface to the farthest.
+    /// Eye-space z. A PNG holds it as grey, from the nearest surface to the farthest.
     Depth(Image<f32>),
-    /// Unit vectors; in PNG as colours.
+    /// Unit vectors. A PNG holds them as colours.
     Vectors(Image<[f32; 3]>),
-    /// True or false; in PNG 255 or 0, in EXR 1 or 0.
+    /// True or false. A PNG holds 255 or 0, an EXR 1 or 0.
     Mask(Image<bool>),
 }
 
 impl Pixels {
-    /// The bytes of a file that holds the image.
+    /// Encodes the image as the bytes of a file.
     pub(crate) fn encode(&self, format: FileFormat, text: Text) -> Result<Vec<u8>, Error> {
         match (self, format) {
             (Pixels::Colours(image), FileFormat::Png) => png::encode(image, text),
@@ -243,7 +246,7 @@ fn byte(unit: f32) -> u8 {
     (255.0 * unit).round() as u8
 }
 
-/// Depth as grey: 0 is the nearest surface in view, 254 the farthest, 255 background.
+/// Converts depth to grey: 0 for the nearest surface in view, 254 for the farthest, 255 for the background.
 fn grey_depth(depth: &Image<f32>) -> Image<u8> {
     let surfaces = depth.texels.iter().map(|&z| f64::from(z)).filter(|z| z.is_finite());
     let (near, far) = surfaces.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
@@ -251,7 +254,7 @@ fn grey_depth(depth: &Image<f32>) -> Image<u8> {
     depth.map(|z| if z.is_finite() { (254.0 * (f64::from(z) - near) / span).round() as u8 } else { 255 })
 }
 
-/// n/2 + 1/2 as a colour. Background, which has no normal, is black.
+/// Converts a normal n to the colour n/2 + 1/2. The background, which has no normal, becomes black.
 fn vector_colour(normal: [f32; 3]) -> [u8; 3] {
     if normal == [0.0; 3] { [0; 3] } else { normal.map(|x| byte(0.5 * x + 0.5)) }
 }

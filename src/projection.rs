@@ -20,8 +20,8 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Half the picture's width and height. In perspective they are measured at z = 1; an orthographic view has them at
-    /// every depth, in scene units.
+    /// Returns half the picture's width and height. In perspective they are measured at z = 1; in an orthographic view
+    /// they are the same at every depth, in scene units.
     #[must_use]
     pub fn half_extents(&self) -> [f64; 2] {
         match *self {
@@ -30,14 +30,14 @@ impl Projection {
         }
     }
 
-    /// Half the picture's width and height at depth z, in scene units.
+    /// Returns half the picture's width and height at depth z, in scene units.
     #[must_use]
     pub fn half_extents_at(&self, z: f64) -> [f64; 2] {
         let scale = if self.is_perspective() { z } else { 1.0 };
         self.half_extents().map(|half| half * scale)
     }
 
-    /// Whether the projection is perspective: rays start at the eye and do not run in parallel.
+    /// Returns whether the projection is perspective, so that rays start at the eye and do not run in parallel.
     #[must_use]
     pub fn is_perspective(&self) -> bool {
         matches!(self, Projection::Perspective { .. })

@@ -1,16 +1,16 @@
-//! What a run shows on the terminal: results on stdout, notices and progress on stderr.
+//! Output to the terminal: results go to stdout, notices and progress to stderr.
 
 use hbao::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write as _};
 
-/// Writes one line to stderr, whatever a file or a flag has put into it. A stderr that nobody reads is no error.
+/// Writes one line to stderr. Control characters, which may come from a file or a flag, become spaces, so that it stays
+/// one line. A stderr that nobody reads is no error.
 pub(crate) fn say(line: &str) {
     let _ = writeln!(io::stderr(), "hbao: {}", line.replace(char::is_control, " "));
 }
 
-/// Writes a result to stdout. A reader that closes the pipe early, as `head` does, has read all it wanted: that is no
-/// error.
+/// Writes a result to stdout. It is no error if the reader closes the pipe early, as `head` does.
 pub(crate) fn print(text: &str) -> Result<(), Error> {
     let mut stdout = io::stdout();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -21,7 +21,7 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// A progress bar on stderr. It shows nothing where stderr is no terminal.
+/// Makes a progress bar on stderr. It shows nothing if stderr is no terminal.
 pub(crate) fn bar(length: u64, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(length).with_message(what);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {eta} left") {

@@ -1,9 +1,10 @@
 //! The 4x4 rotation tile, which is repeated over the screen and makes each pixel sample differently from its
 //! neighbours.
 //!
-//! It is that of ShaderX7 6.2 (Directions and jittering): each texel is (cos a, sin a, b), where a is a random angle,
-//! less than that between two directions, and b is a random fraction of a step. For `ssao` it is that of 6.1 (Randomly
-//! rotated kernel): each texel is a random unit vector, by which the offsets of the samples are turned.
+//! For all methods but `ssao` it is the tile of ShaderX7 6.2 (Directions and jittering). Each texel is (cos a, sin a,
+//! b), where a is a random angle that is less than the angle between two directions, and b is a random fraction of a
+//! step. For `ssao` it is the tile of 6.1 (Randomly rotated kernel). Each texel is a random unit vector, by which the
+//! offsets of the samples are turned.
 
 use crate::image::Image;
 use crate::settings::{Jitter, Settings, TileKind};
@@ -14,8 +15,8 @@ use std::f64::consts::TAU;
 /// The seed of the random numbers. It is fixed so that the tile is the same in every run and on every platform.
 const SEED: u128 = 0x6862_616f_2008_0602;
 
-/// The rotation tile for these settings, 4x4 texels. The pixel at the window position (x, y), with y up, uses texel
-/// (x mod 4, y mod 4). The tile is the same on every platform.
+/// Makes the rotation tile for these settings, with 4x4 texels. The pixel at the window position (x, y), with y up,
+/// uses texel (x mod 4, y mod 4). The tile is the same on every platform.
 ///
 /// Each texel is (cos a, sin a, b), with a uniform in [0, 2 pi / N_d) and b uniform in [0, 1). Without jitter a = b =
 /// 0.
@@ -46,7 +47,7 @@ pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
     })
 }
 
-/// The unit vectors at the angles 2 pi k / `count`, for k = 0, 1, ..., `count` - 1.
+/// Returns the unit vectors at the angles 2 pi k / `count`, for k = 0, 1, ..., `count` - 1.
 pub(crate) fn directions(count: u32) -> Vec<[f64; 2]> {
     let angle = |k: u32| TAU * f64::from(k) / f64::from(count);
     (0..count).map(|k| [libm::cos(angle(k)), libm::sin(angle(k))]).collect()

@@ -1,8 +1,8 @@
 // Fetches of depth by window coordinates: y points up, and texel centres lie at whole numbers plus 0.5. The pipeline's
 // own textures are rectangle textures. The depth and normals of a caller may be two-dimensional textures instead.
 //
-// Compiled in: DEPTH_RECTANGLE, where depth is a rectangle texture; and SCALE, where a texel of the target stands for
-// more than one pixel of the full image: a vec2 with the number of pixels in x and y.
+// Compiled in: DEPTH_RECTANGLE, if depth is a rectangle texture; and SCALE, if a texel of the target stands for more
+// than one pixel of the full image: a vec2 with the number of pixels in x and y.
 uniform vec2 texel; // 1 / size of the full image; used for two-dimensional textures only
 
 #ifdef DEPTH_RECTANGLE

@@ -1,9 +1,9 @@
 // The rays through texels, in eye space: x points right, y up, z forward. The surface point at depth z on the ray with
 // the slope (x', y') is z (x', y', 1), or (x', y', z) when orthographic.
 uniform vec2 size;   // size of the target, in texels
-uniform vec2 extent; // size of the full image in texels of the target; at half resolution it may be `size` less 1/2
+uniform vec2 extent; // size of the full image in texels of the target; at half resolution it may be `size` minus 1/2
 uniform vec2 axis;   // the point of the target that the view's axis goes through: the middle of the full image. At half
-                     // resolution texel centres are shifted against pixel centres, which adds a quarter texel
+                     // resolution, texel centres and pixel centres differ, which adds a quarter texel
 uniform vec2 pixel;  // what one texel adds to x' and y': 2 tan(fov/2) / extent, or 2 half_width / extent
 
 // The slope (x', y') of the ray through the window position p.

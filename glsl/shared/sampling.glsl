@@ -1,12 +1,13 @@
-// Where the samples around a pixel lie: ShaderX7 6.2, Directions and jittering, Variable step size, Snapping.
+// Computes the positions of the samples around a pixel: ShaderX7 6.2, Directions and jittering, Variable step size,
+// Snapping.
 //
 // Compiled in: N_D, the number of directions; DIRECTIONS, their unit vectors, at the angles 2 pi k / N_D; N_S, the
 // samples in each direction; EACH_STEP(step), which expands to step(1) step(2) ... step(N_S); one of SNAP_*; and one of
 // CLAMP_*.
 const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
 
-// The step between two samples, in texels. Where it is below 1 on either axis, the methods return A = 1: this is the
-// chapter's early exit.
+// Returns the step between two samples, in texels. If it is below 1 on either axis, the methods return A = 1 without
+// taking samples: this is the chapter's early exit.
 vec2 step_in_texels(Surface s) { return radius_in_texels(s.z) / float(N_S + 1); }
 
 struct Direction {
@@ -14,7 +15,7 @@ struct Direction {
     vec2 stride; // the way from one sample to the next, in texels
 };
 
-// Eq. 6.2.10: direction k, turned by the tile's angle a.
+// Returns direction k, turned by the tile's angle a (Eq. 6.2.10).
 Direction direction(int k, vec2 step_px, vec3 jitter)
 {
     Direction result;
@@ -27,17 +28,18 @@ Direction direction(int k, vec2 step_px, vec3 jitter)
     return result;
 }
 
-// The direction of the stride, scaled to a largest component of 1. The stride itself can be too long to be squared.
+// Returns the direction of the stride, scaled so that its largest component is 1. The stride itself can be too long to
+// be squared.
 vec2 along(Direction d) { return d.stride / max(abs(d.stride.x), abs(d.stride.y)); }
 
 struct Sample {
     vec3 D;        // S - P
     float squared; // |D|^2
     float z;       // depth of the texel that was read
-    vec2 taken;    // the way from P's texel to the texel that was read; zero where that is P's own, which is ignored
+    vec2 taken;    // the way from P's texel to the texel that was read; zero if that is P's own, which is ignored
 };
 
-// Sample i = 1..N_S of direction d.
+// Returns sample i = 1..N_S of direction d.
 Sample sample_at(Surface s, Direction d, int i)
 {
     Sample result;
@@ -65,6 +67,6 @@ Sample sample_at(Surface s, Direction d, int i)
     return result;
 }
 
-// Whether a sample counts: it lies within R, on a surface, and not on P's own texel. Background must be tested for,
-// because an R larger than all depths would include it.
+// Returns whether a sample counts: it lies within R, on a surface, and not on P's own texel. Background must be tested
+// for, because an R larger than all depths would include it.
 bool within(Sample S) { return S.squared <= radius * radius && S.z < background && S.taken != vec2(0.0); }

@@ -1,7 +1,7 @@
 // The surface point P of the pixel that is being shaded, its normal and its jitter.
 //
-// Compiled in, each where it applies: ORTHOGRAPHIC for an orthographic projection; NORMALS_RECTANGLE where normals are
-// in a rectangle texture; NORMALS_BIASED where they are stored as n/2 + 1/2; JITTER_TILE where jitter is on.
+// Compiled in, each if it applies: ORTHOGRAPHIC for an orthographic projection; NORMALS_RECTANGLE if normals are in a
+// rectangle texture; NORMALS_BIASED if they are stored as n/2 + 1/2; JITTER_TILE if jitter is on.
 #ifdef NORMALS_RECTANGLE
 uniform sampler2DRect normal_image;
 vec3 stored_normal(vec2 p) { return texture(normal_image, pixel_of(p)).xyz; }
@@ -54,7 +54,7 @@ Surface surface_at(vec2 p)
     return s;
 }
 
-// R projected to the image at the depth z, in texels (Figure 6.2.11).
+// Returns R projected to the image at the depth z, in texels (Figure 6.2.11).
 vec2 radius_in_texels(float z)
 {
 #ifdef ORTHOGRAPHIC
@@ -64,14 +64,14 @@ vec2 radius_in_texels(float z)
 #endif
 }
 
-// A unit vector in the image, turned by the tile's angle a.
+// Returns a unit vector in the image, turned by the tile's angle a.
 vec2 turned(vec2 unit, vec3 jitter)
 {
     return vec2(unit.x * jitter.x - unit.y * jitter.y, unit.y * jitter.x + unit.x * jitter.y);
 }
 
-// D = S - P for the point S that has the depth z and lies `at` texels from P in the image. In perspective
-// D.xy = S.z (r + at pixel) - P.z r. The form below is equal, and does not subtract two large positions.
+// Returns D = S - P for the point S that has the depth z and lies `at` texels from P in the image. In perspective D.xy
+// = S.z (r + at pixel) - P.z r. The form below is equal, and does not subtract two large positions.
 vec3 from_surface(Surface s, vec2 at, float z)
 {
     float dz = z - s.z;

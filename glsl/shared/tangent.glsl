@@ -1,13 +1,13 @@
 // The tangent plane of the surface, for the methods that measure horizons from it.
 //
-// Compiled in: BIAS, where the angle bias is above 0.
+// Compiled in: BIAS, if the angle bias is above 0.
 uniform vec2 bias; // cosine and sine of the angle bias
 
-// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), with lateral = (du, dv). The
+// Returns the sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), with lateral = (du, dv). The
 // elevation is raised by the angle bias, to at most 90 degrees.
 //
-// dP/dx' = z (e_x - r n.x / (n.r)). T is multiplied by -(n.r) / z: that is positive, so the direction stays, and no
-// division by n.r is left, which is 0 where the surface is seen edge-on.
+// dP/dx' = z (e_x - r n.x / (n.r)). T is multiplied by -(n.r) / z: this factor is positive, so the direction stays the
+// same. No division by n.r remains; n.r is 0 if the surface is seen edge-on.
 float sine_of_tangent(Surface s, vec2 lateral)
 {
     float rise = dot(s.n.xy, lateral);

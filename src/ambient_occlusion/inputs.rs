@@ -99,7 +99,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// The properties of these inputs that programs are compiled for. `edges` says whether edges are detected.
+    /// Returns the properties of these inputs that programs are compiled for. `edges` says whether edges are detected.
     pub(super) fn kind(&self, purpose: Purpose, edges: bool) -> InputKind {
         InputKind {
             method: MethodVariant {

@@ -21,11 +21,11 @@ use programs::{InputKind, Programs};
 use std::sync::Arc;
 use targets::{AoTarget, COVERED, EDGE, mark, only_where, read};
 
-/// The place that is given for OpenGL errors that were recorded before a call. Without it, an error of the application
-/// would seem to come from this library.
+/// The name of the place that is given in OpenGL errors that were recorded before a call. Without it, an error of the
+/// application would seem to come from this library.
 const PENDING: &str = "an error left by the application before ambient occlusion";
 
-/// Which results a run keeps besides ambient occlusion itself.
+/// The results that a run keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Extras {
     /// Keep ambient occlusion as it was before the blur.
@@ -49,12 +49,13 @@ pub(crate) struct Kept {
 /// units 0 to 3; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
 /// that exists only in later versions is neither saved nor changed.
 ///
-/// Some of what an application may have active can neither be paused nor be detected in OpenGL 3.3:
+/// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
 ///
 /// - If transform feedback is active, a call fails. End it first.
 /// - Conditional rendering would discard passes. End it first.
 /// - Active queries of samples, primitives or elapsed time also count the passes.
-/// - A program that was deleted while it was in use is gone afterwards, as after any change of the program.
+/// - A program that was deleted while it was in use ceases to exist during the call, as after any change of the program
+///   in use.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,
@@ -63,8 +64,8 @@ pub struct AmbientOcclusion {
     size: (u32, u32),
     purpose: Purpose,
     full_screen: FullScreen,
-    /// The images that the passes draw into. Each has a stencil with the bits [`COVERED`], where there is a surface,
-    /// and [`EDGE`], at edge pixels. Targets of the same size share one stencil.
+    /// The images that the passes draw into. Each has a stencil with the bit [`COVERED`] at pixels that hold a surface,
+    /// and the bit [`EDGE`] at edge pixels. Targets of the same size share one stencil.
     targets: Vec<AoTarget>,
     /// The index of the target that holds the result.
     last: usize,
@@ -83,9 +84,9 @@ impl AmbientOcclusion {
         AmbientOcclusion::build(gl, size, settings, Purpose::Visibility)
     }
 
-    /// Makes the fetch floor of the method, for measurements: its own shader with every fetch of depth, but with the
-    /// arithmetic after each fetch replaced by a sum. Its time is the least that this sampling can cost. There is no
-    /// blur, and the values that it renders are meaningless.
+    /// Makes the fetch floor of the method, for measurements: the method's shader with all its fetches of depth, in
+    /// which a sum replaces the arithmetic after each fetch. The time of the floor is the least that this sampling can
+    /// cost. The floor has no blur, and the values that it renders are meaningless.
     ///
     /// # Errors
     /// The same as for [`AmbientOcclusion::new`].
@@ -97,7 +98,7 @@ impl AmbientOcclusion {
         AmbientOcclusion::build(gl, size, settings, Purpose::Floor)
     }
 
-    /// [`AmbientOcclusion::new`] for any purpose.
+    /// Does the same as [`AmbientOcclusion::new`], for any purpose.
     pub(crate) fn build(
         gl: Arc<glow::Context>,
         size: (u32, u32),
@@ -115,8 +116,8 @@ impl AmbientOcclusion {
         state.put_back_after(&gl.clone(), || {
             let mut ao = AmbientOcclusion {
                 radius: settings.radius_read()?,
-                // A method without a blur, where A = 1, needs no depth sigma. So it needs no radius either, from which
-                // the sigma would follow.
+                // A method without a blur, whose A is 1 everywhere, needs no depth sigma. Therefore it needs no radius
+                // either, from which the sigma would follow.
                 depth_sigma: match (settings.method.facts().blur, purpose) {
                     (MethodBlur::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
                     _ => settings.depth_sigma()?,
@@ -159,8 +160,9 @@ impl AmbientOcclusion {
         Ok(())
     }
 
-    /// Computes the ambient occlusion of the inputs: visibility in [0, 1], where 1 is open and background is 1. It is
-    /// in the red channel of the returned rectangle texture, to be read through a `sampler2DRect` at `gl_FragCoord.xy`.
+    /// Computes the ambient occlusion of the inputs: visibility in [0, 1], where 1 means that nothing occludes.
+    /// Background is 1. The result is in the red channel of the returned rectangle texture, to be read through a
+    /// `sampler2DRect` at `gl_FragCoord.xy`.
     ///
     /// The texture has the size that this object was made for. At half resolution without a blur, which would bring it
     /// to full size, it has half the width and height, rounded up. The texture belongs to this object, and its contents
@@ -176,8 +178,8 @@ impl AmbientOcclusion {
         self.render_timed(inputs, &mut timers)
     }
 
-    /// The same as [`AmbientOcclusion::render`], with each pass run by `timers`. If they measure, no query of elapsed
-    /// time may be active.
+    /// Does the same as [`AmbientOcclusion::render`], with each pass run by `timers`. If they measure, no query of
+    /// elapsed time may be active.
     ///
     /// # Errors
     /// The same as for [`AmbientOcclusion::render`].
@@ -290,12 +292,12 @@ impl AmbientOcclusion {
         read(&self.targets[self.last])
     }
 
-    /// The texture that [`AmbientOcclusion::image`] reads.
+    /// Returns the texture that [`AmbientOcclusion::image`] reads.
     pub(crate) fn texture(&self) -> &Texture {
         &self.targets[self.last].texture
     }
 
-    /// The index of the programs for a kind of inputs. They are compiled if they do not exist yet.
+    /// Returns the index of the programs for a kind of inputs. The programs are compiled if they do not exist yet.
     fn programs_for(&mut self, kind: InputKind) -> Result<usize, Error> {
         if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
             return Ok(found);

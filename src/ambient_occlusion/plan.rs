@@ -12,17 +12,17 @@ pub(super) struct Step {
     pub(super) to: usize,
 }
 
-/// Whether there is a blur at all.
+/// Returns whether there is a blur at all.
 fn blurs(settings: &Settings) -> bool {
     settings.blur > 0 && settings.method.facts().blur != MethodBlur::None
 }
 
-/// Whether the blur treats edge pixels separately and goes around each of their depth samples.
+/// Returns whether the blur treats edge pixels separately and runs once for each of their depth samples.
 pub(super) fn supersamples(settings: &Settings) -> bool {
     blurs(settings) && settings.edges == Edges::Supersample
 }
 
-/// The way of ambient occlusion from the first target, into which the method draws, to the last.
+/// The targets and the blur passes that lead from the method's image to the result.
 pub(super) struct Plan {
     /// How many pixels in x and y one texel of each target stands for.
     pub(super) scales: Vec<[u32; 2]>,
@@ -33,7 +33,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// `multisample` says that there are depth samples, and that edges are detected from them.
+    /// Makes the plan for these settings. `multisample` says that there are depth samples, and that edges are detected
+    /// from them.
     pub(super) fn new(settings: &Settings, multisample: bool) -> Plan {
         let ao = settings.ao_scale();
         let mut plan = Plan { scales: vec![[ao; 2]], steps: Vec::new(), edges: None };
@@ -51,11 +52,11 @@ impl Plan {
             (_, BlurKernel::Separable) => (Kernel::Full(width), true),
         };
         if separable {
-            // Half resolution is brought to full size one axis at a time: the pass in X fills in columns, the pass in Y
-            // rows.
+            // Ambient occlusion at half resolution is brought to full size one axis at a time: the pass in X fills in
+            // columns, the pass in Y fills in rows.
             plan.scales.push([1, ao]);
-            // The pass in Y draws into the first target again, unless that target is smaller, or is still needed for
-            // the edge pixels.
+            // The pass in Y draws into the first target again, unless that target is smaller or is still needed for the
+            // edge pixels.
             let last = if ao == 1 && !supersample { 0 } else { 2 };
             plan.steps.push(Step { name: "blur_x", kernel: Kernel::X(width), from: 0, to: 1 });
             plan.steps.push(Step { name: "blur_y", kernel: Kernel::Y(width), from: 1, to: last });
@@ -72,12 +73,12 @@ impl Plan {
         plan
     }
 
-    /// The index of the first target of full size. The edges are in its stencil.
+    /// Returns the index of the first target of full size. The edges are in its stencil.
     pub(super) fn full(&self) -> Option<usize> {
         self.scales.iter().position(|&scale| scale == [1, 1])
     }
 
-    /// The index of the target that holds the result.
+    /// Returns the index of the target that holds the result.
     pub(super) fn last(&self) -> usize {
         self.steps.last().map_or(0, |step| step.to)
     }

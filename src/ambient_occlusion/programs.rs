@@ -10,16 +10,17 @@ use crate::pass::method::{MethodPass, MethodVariant, reads_half_depth};
 use crate::settings::Settings;
 use std::sync::Arc;
 
-/// What an [`AmbientOcclusion`](super::AmbientOcclusion) computes.
+/// The result that an [`AmbientOcclusion`](super::AmbientOcclusion) computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Ambient occlusion.
     Visibility,
-    /// The fetch floor of the method's pass, without a blur, for measurements.
+    /// The fetch floor of the method's pass ([`AmbientOcclusion::fetch_floor`](super::AmbientOcclusion::fetch_floor)),
+    /// without a blur.
     Floor,
-    /// Which pixels are edges, and nothing else. A stays 1.
+    /// Only which pixels are edges. Visibility stays 1.
     Edges,
-    /// The blur of A = 1. The method is not run.
+    /// The blur of visibility 1. The method's own pass does not run.
     Blur,
 }
 

@@ -38,7 +38,7 @@ pub(super) fn mark(gl: &glow::Context, bit: u32, draw: impl FnOnce()) {
     }
 }
 
-/// Lets later passes draw only where the stencil's bits under `mask` equal `bits`.
+/// Lets later passes draw only at pixels whose stencil bits under `mask` equal `bits`.
 pub(super) fn only_where(gl: &glow::Context, bits: u32, mask: u32) {
     // SAFETY: the context is current.
     unsafe {

@@ -1,4 +1,4 @@
-//! `hbao bench`: Table 6.2.1, Figure 1 of the talk and the cost of Crysis on this machine, and how costs scale.
+//! `hbao bench`: measures Table 6.2.1, Figure 1 of the talk and the cost of Crysis on this machine, and how costs grow.
 
 use super::flags::{self, Flags, Opened};
 use super::session::open_context;
@@ -18,19 +18,22 @@ use std::collections::BTreeSet;
 
 const EXPLANATION: &str = "\
 The parts of --only:
-  table    Table 6.2.1: whole frames at half resolution, 1x and 4x, with a blur of 9 and more and more samples
-  figure1  Figure 1 of the talk: each method's pass alone, beside the least time that its fetches take
-  crysis   16 samples and their blur at 1280x720: with depth at full size, with depth at half size (the time of making it
-           included), and with a mirror in place of a matrix
-  scaling  hbao by pixels, samples and triangles, with the power fitted to each; every triangle is cut in 4, repeatedly
+  table    Table 6.2.1: whole frames at half resolution, and at full resolution with 1 and with 4 depth samples per
+           pixel, each with a 9x9 blur and an increasing number of samples
+  figure1  Figure 1 of the talk: the pass of each method alone, beside its floor (see below)
+  crysis   ssao with 16 samples and its blur at 1280x720: with depth at full size; with depth at half size, including
+           the time of making it; and with --ssao-rotation mirror
+  scaling  hbao with increasing numbers of pixels, samples and triangles, and the power of each number with which the
+           time grows; to get more triangles, every triangle is cut into 4, repeatedly
 
-Times are medians over interleaved runs, by the driver's timer query where it has one, after a first run that compiles
-the shaders. The percentage after a time says how far the farthest run was from the median. The floor is the AO shader
-with every fetch of depth, in which the arithmetic after each fetch is replaced by a sum. The papers' figures of 2008 stand
-beside ours. Methods, samples and blurs are the papers' own: a notice names the flags that have no effect on them. --size
-is the size of table and figure1; scaling goes from a quarter of its width to twice its width. The machine should have
-nothing else to do; LP_NUM_THREADS=1 keeps llvmpipe to one thread, and MESA_SHADER_CACHE_DISABLE=true makes it compile the
-shaders every time.
+Each time is the median over interleaved runs. The driver's timer query measures it, or the clock if the driver has no
+such query. A first run, which compiles the shaders, is not counted. The percentage after a time says how far the
+farthest run was from the median. The floor of a method is the time of its shader with all its fetches of depth and
+without its arithmetic, which is replaced by a sum. The papers' figures of 2008 are printed beside the measured ones.
+The papers determine the methods, the numbers of samples and the blurs, and a notice names the flags that have no effect
+for this reason. --size applies to table and figure1; scaling goes from a quarter to twice its width and height. Nothing
+else should run on the machine. With LP_NUM_THREADS=1 in the environment, llvmpipe uses one thread; with
+MESA_SHADER_CACHE_DISABLE=true, it compiles the shaders every time.
 
 Examples:
   hbao bench
@@ -46,28 +49,28 @@ enum Group {
     Scaling,
 }
 
-/// What `--only` calls the groups.
+/// The groups, with their names for `--only`.
 const GROUPS: [(&str, Group); 4] =
     [("table", Group::Table), ("figure1", Group::Figure1), ("crysis", Group::Crysis), ("scaling", Group::Scaling)];
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let groups = GROUPS.map(|(name, _)| name).join(",");
     let own = [
-        flags::path("json", "FILE.json", "Write the figures"),
-        flags::valued("only", "PARTS", format!("What to measure, some of {groups} [default: all]")),
-        flags::valued("runs", "N", "Counted runs [1 to 1000; default: 5]"),
+        flags::path("json", "FILE.json", "Write the measured figures"),
+        flags::valued("only", "PARTS", format!("The parts to measure, separated by commas [{groups}; default: all]")),
+        flags::valued("runs", "N", "Number of timed runs of each case [1 to 1000; default: 5]"),
     ];
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {NAVE}]");
     Command::new("bench")
-        .about("Measure what the papers of 2008 measured, and how costs scale")
+        .about("Measure again what the papers of 2008 measured, and how costs grow with pixels, samples and triangles")
         .args(own)
         .args(flags::arguments())
         .mut_arg("scene", |arg| arg.help(scene))
         .after_help(EXPLANATION)
 }
 
-/// Measures group by group, prints each group's tables, and writes the figures if that was asked for.
+/// Measures group by group, prints the tables of each group, and writes the measured figures if `--json` is given.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut flags = Flags::read(matches)?;
     if flags::text(matches, "scene").is_none() {
@@ -93,8 +96,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             Group::Crysis => crysis(&base),
             Group::Scaling => scaling(&base, flags.size, scene.mesh.triangles.len()),
         };
-        // The series goes on to larger images than were asked for. An image that was asked for stays: where it is too
-        // large, the driver refuses it.
+        // The scaling series contains larger images than the user asked for. Those above the driver's limit are left
+        // out. An image of the size that the user asked for is kept; if it is too large, the driver refuses it.
         let largest = limit.max(flags.size.0).max(flags.size.1);
         let (count, fits) = (all.len(), |case: &Case| case.size.0.max(case.size.1) <= largest);
         all.retain(fits);
@@ -141,7 +144,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// The groups that `--only` names, in the order of [`GROUPS`].
+/// Returns the groups that `--only` names, in the order of [`GROUPS`].
 fn read_groups(only: Option<&str>) -> Result<Vec<Group>, Error> {
     let wanted = match only {
         None => GROUPS.map(|(_, group)| group).into(),
@@ -152,7 +155,7 @@ fn read_groups(only: Option<&str>) -> Result<Vec<Group>, Error> {
     Ok(GROUPS.into_iter().map(|(_, group)| group).filter(|group| wanted.contains(group)).collect())
 }
 
-/// What the driver could not do as asked, a line each.
+/// Returns a line for each thing that the driver could not do as asked.
 fn notices_of(one: &Measurement) -> Vec<String> {
     let mut notices = one.notices.clone();
     if one.samples != one.case.settings.msaa {
@@ -170,7 +173,7 @@ fn title(group: Group) -> &'static str {
     }
 }
 
-/// The tables of a group.
+/// Returns the tables of a group as text.
 fn text(group: Group, measured: &[Measurement]) -> String {
     match group {
         Group::Table => {
@@ -198,8 +201,8 @@ fn text(group: Group, measured: &[Measurement]) -> String {
     }
 }
 
-/// The ratios that follow from what was measured, with an empty line before and after; the empty line alone where none
-/// follow.
+/// Returns the table of ratios that follow from the measurements, with an empty line before and after it. If there are
+/// no ratios, it returns one empty line.
 fn ratios_text(measured: &[Measurement]) -> String {
     let ratios = ratios(measured);
     if ratios.is_empty() { "\n".into() } else { format!("\n{}\n", bench::ratios(&ratios).text()) }

@@ -1,7 +1,7 @@
 //! The flags that verbs share: the scene, the camera, and every knob of [`KNOBS`].
 //!
-//! clap takes all values as text, and this module reads them. In this way each message is one line that names the flag
-//! and says what it takes, and a value may begin with a minus.
+//! clap accepts every value as text, and this module converts the text. In this way each message is one line that names
+//! the flag and the values it accepts, and a value may begin with a minus.
 
 use clap::{Arg, ArgMatches, value_parser};
 use glam::DVec3;
@@ -19,45 +19,45 @@ const LONGEST_SETTINGS: u64 = 1 << 20;
 /// The message for a file longer than [`LONGEST_SETTINGS`].
 const TOO_LONG: &str = "too long for settings: more than 1 MiB";
 
-/// The method that is not built yet. Its name is known, so that the message can say so.
+/// The name of a method that is not implemented yet. The command knows the name in order to report this.
 const TO_COME: &str = "hbao-view";
 
-/// The shared flags, read.
+/// The values of the shared flags, as they were read from the command line.
 pub(crate) struct Flags {
-    /// A built-in scene's name, or a path.
+    /// The name of a built-in scene, or the path of a file.
     pub(crate) scene: String,
     /// Width and height in pixels.
     pub(crate) size: (u32, u32),
-    /// The camera, as far as flags give it.
+    /// The parts of the camera that flags set. The scene's own camera supplies the rest.
     pub(crate) view: View,
-    /// Which library gives the OpenGL context.
+    /// Which library creates the OpenGL context.
     pub(crate) backend: Backend,
     file: Option<(PathBuf, String)>,
     knobs: Vec<(&'static Knob, String)>,
 }
 
-/// The scene, settings and camera that the shared flags lead to.
+/// The scene, the settings and the camera that the shared flags describe.
 pub(crate) struct Opened {
     pub(crate) scene: Scene,
-    /// The radius may still be in percent.
+    /// The settings. The radius may still be a percentage of the scene's size.
     pub(crate) settings: Settings,
     pub(crate) camera: Camera,
     /// Notices about the camera.
     pub(crate) notices: Vec<String>,
 }
 
-/// A flag that takes a value.
+/// Makes a flag that takes a value.
 pub(crate) fn valued(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
     Arg::new(name).long(name).value_name(value).allow_negative_numbers(true).help(help.into())
 }
 
-/// A flag whose value may begin with a minus even where it is more than a number: `-1,2,3`, `-1%`.
+/// Makes a flag whose value may begin with a minus even if it is more than a number: `-1,2,3`, `-1%`.
 fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
     valued(name, value, help).allow_hyphen_values(true)
 }
 
-/// The path that a flag gives. It must name a file with the extension `wanted`, or something like /dev/stdout, so that
-/// no model or settings file is overwritten by mistake.
+/// Returns the path that a flag gives, if the flag was given. The path must have the extension `wanted`, or name a
+/// device or pipe such as /dev/stdout. In this way no model or settings file is overwritten by mistake.
 pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<Option<PathBuf>, Error> {
     let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
     let right = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
@@ -68,36 +68,36 @@ pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<
     Ok(Some(path.clone()))
 }
 
-/// The value of `--runs`.
+/// Reads the value of `--runs`.
 pub(crate) fn read_runs(matches: &ArgMatches, default: usize) -> Result<usize, Error> {
     let Some(text) = text(matches, "runs") else { return Ok(default) };
     let runs = text.parse().ok().filter(|runs| (1..=1000).contains(runs));
     runs.ok_or_else(|| Error::Usage(format!("--runs: '{text}' is no whole number from 1 to 1000")))
 }
 
-/// A flag that takes a path.
+/// Makes a flag that takes a path.
 pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) -> Arg {
     Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help)
 }
 
-/// The shared flags.
+/// Makes the shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
     let mut all = vec![Arg::new("scene").value_name("SCENE").help(scene), size_argument()];
     all.extend(
         [
-            signed("eye", "X,Y,Z", "Where the eye stands [default: the scene's own, or the whole scene is framed]"),
-            signed("target", "X,Y,Z", "What is in the middle [default: the scene's own, or its centre]"),
-            signed("up", "X,Y,Z", "The direction that is up [default: the scene's own, or 0,1,0]"),
+            signed("eye", "X,Y,Z", "Camera position [default: the scene's own, or one that frames the whole scene]"),
+            signed("target", "X,Y,Z", "Point that the camera looks at [default: the scene's own, or its centre]"),
+            signed("up", "X,Y,Z", "Direction that points up in the image [default: the scene's own, or 0,1,0]"),
             valued(
                 "fov-y",
                 "DEG",
-                "Perspective: the vertical field of view [1 to 175; default: the scene's own, or 45]",
+                "Vertical field of view of a perspective camera [1 to 175; default: the scene's own, or 45]",
             )
             .conflicts_with("ortho"),
-            valued("ortho", "HEIGHT", "Orthographic: the view's height in scene units"),
-            valued("near", "Z", "The smallest visible depth [default: clips nothing]"),
-            valued("far", "Z", "The largest visible depth [default: clips nothing]"),
+            valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units"),
+            valued("near", "Z", "Smallest visible depth [default: chosen so that nothing is clipped]"),
+            valued("far", "Z", "Largest visible depth [default: chosen so that nothing is clipped]"),
         ]
         .map(|arg| arg.help_heading("Camera")),
     );
@@ -105,49 +105,57 @@ pub(crate) fn arguments() -> Vec<Arg> {
     let file = path(
         "settings",
         "FILE",
-        "Read the settings above from a TOML file, or from an image written here; flags win over it",
+        "Read the settings above from a TOML file, or from an image that hbao wrote; flags override the file",
     );
     all.push(file.help_heading("Settings"));
     all.push(backend_argument());
     all
 }
 
-/// The flag `--size`.
+/// Makes the flag `--size`.
 pub(crate) fn size_argument() -> Arg {
-    valued("size", "WxH", "Width and height in pixels [each 1 to the driver's limit; default: 1600x1200]")
+    valued(
+        "size",
+        "WxH",
+        "Width and height of the image in pixels [each from 1 to the driver's limit; default: 1600x1200]",
+    )
 }
 
-/// The value of `--size`.
+/// Reads the value of `--size`.
 pub(crate) fn read_size(matches: &ArgMatches) -> Result<(u32, u32), Error> {
     size(text(matches, "size").unwrap_or("1600x1200"))
 }
 
-/// The flag `--backend`.
+/// Makes the flag `--backend`.
 pub(crate) fn backend_argument() -> Arg {
-    valued("backend", "BACKEND", format!("What gives OpenGL [{}; default: auto]", Backend::NAMES.join(", ")))
+    valued("backend", "BACKEND", {
+        let names = Backend::NAMES.join(", ");
+        format!("The library that creates the OpenGL context [{names}; default: auto]")
+    })
 }
 
-/// The value of `--backend`.
+/// Reads the value of `--backend`.
 pub(crate) fn read_backend(matches: &ArgMatches) -> Result<Backend, Error> {
     text(matches, "backend").unwrap_or("auto").parse()
 }
 
-/// The flag `--truth-rays`.
+/// Makes the flag `--truth-rays`.
 pub(crate) fn truth_rays() -> Arg {
-    valued("truth-rays", "N", "Rays a pixel [even, 2 to 65536; default: 256]")
+    valued("truth-rays", "N", "Rays per pixel for ray-traced ambient occlusion [even, 2 to 65536; default: 256]")
 }
 
-/// The value of `--truth-rays`.
+/// Reads the value of `--truth-rays`.
 pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
     let Some(text) = text(matches, "truth-rays") else { return Ok(256) };
     let rays = text.trim().parse().ok().filter(|rays: &u32| (2..=65536).contains(rays) && rays.is_multiple_of(2));
     rays.ok_or_else(|| Error::Usage(format!("--truth-rays: '{text}' is no even number from 2 to 65536")))
 }
 
-/// The methods whose default differs from the usual one, with their default: `hbao-talk linear`.
+/// Returns the methods whose default for this setting differs from that of the default method, each with its own
+/// default: `hbao-talk linear`.
 fn own_defaults(knob: &'static Knob) -> impl Iterator<Item = String> {
     let of = move |method: Method| knob.text(&Settings::for_method(method));
-    // Every method's own name differs from the default method's name, which is no matter of defaults.
+    // The setting `method` is left out: its value is the method's name, which always differs.
     let methods = Method::ALL.iter().filter(move |_| knob.name != "method");
     methods
         .filter(move |&&method| of(method) != knob.text(&Settings::default()))
@@ -161,22 +169,22 @@ fn knob_argument(knob: &'static Knob) -> Arg {
     let own_blur = own_blur.map(|method| method.name()).collect::<Vec<_>>().join(", ");
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
-        ("blur", default) => format!("{default}; {own_blur} has its own of 4x4, unless 0"),
-        ("blur-depth-sigma", "") => format!("R/4; {own_blur} a share of the depth"),
-        ("msaa", default) => format!("{default} where the driver has them"),
+        ("blur", default) => format!("{default}; {own_blur} always uses its own 4x4 blur, which 0 turns off"),
+        ("blur-depth-sigma", "") => format!("R/4; for {own_blur} a share of the depth"),
+        ("msaa", default) => format!("{default}, if the driver supports it"),
         (_, default) => own_defaults(knob).fold(default.into(), |text: String, own| text + "; " + &own),
     };
-    let to_come = if knob.name == "method" { format!("\n(to come: {TO_COME})") } else { String::new() };
+    let to_come = if knob.name == "method" { format!("\n({TO_COME} is not implemented yet)") } else { String::new() };
     let help = format!("{} [{takes}; default: {default}]{to_come}", knob.help);
     let arg = if knob.kind == Kind::Length { signed } else { valued };
     let arg = arg(knob.name, knob.value, help).help_heading("Settings");
-    // A switch takes a value too, so that a flag can turn off what a settings file turns on.
+    // A switch also accepts a value, so that a flag can turn off a setting that a settings file turns on.
     let switch = |arg: Arg| arg.num_args(0..=1).require_equals(true).default_missing_value("true");
     if knob.kind == Kind::Switch { switch(arg).value_name("BOOL") } else { arg }
 }
 
 impl Flags {
-    /// Reads and checks all shared flags. Nothing but the settings file is opened for that.
+    /// Reads and checks all shared flags. The settings file is the only file that it opens.
     pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
         let lens = match (number(matches, "fov-y")?, number(matches, "ortho")?) {
             (Some(degrees), _) => Some(Lens::FovY(degrees.to_radians())),
@@ -204,10 +212,11 @@ impl Flags {
         Ok(flags)
     }
 
-    /// Opens the scene, and completes the camera and the settings with the scene's own.
+    /// Opens the scene, and takes the scene's own values for the camera and the settings that neither flags nor the
+    /// settings file give.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
         let scene = Scene::open(&self.scene)?;
-        // The defaults of some settings are the method's own.
+        // Some methods have defaults of their own.
         let own = Settings::for_method(self.settings(Settings::default())?.method);
         let radius = scene.radius.map_or(own.radius, Radius::Units);
         let settings = self.settings(Settings { radius, ..own })?;
@@ -220,7 +229,7 @@ impl Flags {
         Ok(Opened { scene, settings, camera, notices })
     }
 
-    /// The settings: the settings file wins over `base`, and flags win over both.
+    /// Returns the settings. The settings file overrides `base`, and flags override both.
     fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
         if let Some((path, text)) = &self.file {
             base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
@@ -235,7 +244,7 @@ impl Flags {
         Ok(base)
     }
 
-    /// The scene, the size and the camera, as the metadata of images hold them.
+    /// Returns the scene, the size and the camera in the form in which they are stored in the metadata of images.
     pub(crate) fn seen(&self, camera: &Camera) -> toml::Table {
         let numbers = |v: DVec3| toml::Value::from(v.to_array().to_vec());
         let mut render = toml::Table::new();
@@ -257,12 +266,12 @@ impl Flags {
         render
     }
 
-    /// The names of the knobs that flags set.
+    /// Returns the names of the settings that flags set.
     pub(crate) fn knobs_given(&self) -> impl Iterator<Item = &'static str> {
         self.knobs.iter().map(|(knob, _)| knob.name)
     }
 
-    /// The names of the knobs that flags or the settings file set.
+    /// Returns the names of the settings that flags or the settings file set.
     pub(crate) fn knobs_pinned(&self) -> Vec<&'static str> {
         let file: toml::Table = self.file.as_ref().and_then(|(_, text)| text.parse().ok()).unwrap_or_default();
         let given: Vec<_> = self.knobs_given().collect();
@@ -271,20 +280,20 @@ impl Flags {
     }
 }
 
-/// The settings as a settings file holds them, followed by the table `[render]`, which says what else an image was made
-/// with and which [`Settings::read_toml`] skips.
+/// Returns the text of a settings file with these settings, followed by the table `[render]`. The table holds what else
+/// an image was made with, and [`Settings::read_toml`] skips it.
 pub(crate) fn with_origin(settings: &Settings, render: toml::Table) -> String {
     let render = toml::Table::from_iter([("render".to_string(), toml::Value::from(render))]);
     format!("{}\n{render}", settings.to_toml())
 }
 
-/// Degrees as they were typed. A field of view of 50 degrees becomes a tangent, from which 49.99999999999999 comes
-/// back.
+/// Rounds degrees to what the user typed. A field of view of 50 degrees is stored as a tangent; converted back to
+/// degrees, it is 49.99999999999999.
 fn typed(degrees: f64) -> f64 {
     (degrees * 1e10).round() / 1e10
 }
 
-/// The value that a flag names, one of a list.
+/// Returns the value whose name is the text of a flag, from a list of names and values.
 pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Result<T, Error> {
     let found = names.iter().find(|(name, _)| *name == text);
     found.map(|&(_, value)| value).ok_or_else(|| {
@@ -293,7 +302,7 @@ pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Resu
     })
 }
 
-/// The text of a flag's value.
+/// Returns the text of a flag's value, if the flag was given.
 pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
     matches.get_one::<String>(name).map(String::as_str)
 }
@@ -322,7 +331,7 @@ fn size(text: &str) -> Result<(u32, u32), Error> {
 
 fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     let refused = |what: String| Error::Input { path: path.into(), what };
-    // An image holds the settings that made it.
+    // An image that hbao wrote holds the settings that it was made with.
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let texts = match extension.as_deref() {
         Some("png") => Some(png::read_text(path)?),

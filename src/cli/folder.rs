@@ -1,14 +1,15 @@
-//! Folders that a verb makes for its files.
+//! Folders that a verb creates for its files.
 
 use hbao::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A folder that was made for the files to be written into it. It is removed again unless it is kept.
+/// A folder that was created so that files can be written into it. Dropping this value removes the folder, unless
+/// [`MadeFolder::keep`] is called or the folder existed before.
 pub(crate) struct MadeFolder(Option<PathBuf>);
 
 impl MadeFolder {
-    /// Makes the folder, unless it is there already.
+    /// Creates the folder, unless it exists already.
     pub(crate) fn ensure(path: &Path) -> Result<MadeFolder, Error> {
         if path.is_dir() {
             return Ok(MadeFolder(None));
@@ -21,7 +22,7 @@ impl MadeFolder {
         Ok(MadeFolder(Some(path.into())))
     }
 
-    /// Leaves the folder in place.
+    /// Keeps the folder.
     pub(crate) fn keep(mut self) {
         self.0 = None;
     }

@@ -1,4 +1,4 @@
-//! `hbao info`: what each backend gives on this machine.
+//! `hbao info`: prints the driver, the limits and the formats that each backend gives on this machine.
 
 use crate::terminal::print;
 use clap::Command;
@@ -8,19 +8,19 @@ use hbao::{Error, Format, Timers, format_renders, size_limit};
 use std::fmt::Write as _;
 use std::thread;
 
-/// The verb, which has no flags.
+/// Makes the verb, which has no flags.
 pub(crate) fn command() -> Command {
     Command::new("info")
-        .about("Say what each OpenGL backend gives on this machine")
-        .after_help("Example:\n  hbao info\n\nIt fails where no backend works.")
+        .about("Print the driver, the limits and the formats that each OpenGL backend gives on this machine")
+        .after_help("Example:\n  hbao info\n\nThe command fails if no backend works.")
 }
 
-/// Prints what each backend gives, or why it gives no context.
+/// Prints the driver, the limits and the formats of each backend, or why the backend gives no context.
 pub(crate) fn run() -> Result<(), Error> {
     let mut text = String::new();
     let mut failures = Vec::new();
     for backend in [Backend::Egl, Backend::Osmesa] {
-        // A context is current on the thread that made it, so that each backend needs a thread of its own.
+        // A context stays current on the thread that made it, so each backend needs a thread of its own.
         let findings = thread::spawn(move || findings(backend)).join();
         let findings = findings.unwrap_or_else(|_| Err(Error::Context(format!("{}: it crashed", backend.name()))));
         match findings {

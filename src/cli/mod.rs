@@ -20,7 +20,7 @@ use clap::error::ErrorKind;
 use hbao::Error;
 use std::ffi::OsString;
 
-/// Carries out a command line; the first argument is the program's name.
+/// Runs the command line. The first argument is the program's name.
 pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error> {
     let matches = match command().try_get_matches_from(arguments) {
         Ok(matches) => matches,
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     }
 }
 
-/// The whole command line.
+/// Makes the description of the whole command line.
 fn command() -> Command {
     Command::new("hbao")
         .version(env!("CARGO_PKG_VERSION"))

@@ -10,33 +10,33 @@ use hbao::image::Outputs;
 use hbao::{Error, check_size};
 use std::path::PathBuf;
 
-/// The least size: with fewer pixels the pictures show nothing.
+/// The least width and height of the pictures in pixels. Smaller pictures show nothing.
 const SMALLEST: (u32, u32) = (64, 48);
 
 const EXPLANATION: &str = "\
-DIR/index.html needs no other file. Its pictures and drawings also lie beside it, and report.json holds its numbers. The
-models are those of the papers: sibenik.obj and dragon.obj, and sponza.obj for the pictures of 6.1. The page says which of
-them are missing and what it leaves out for that; the built-in nave stands in for Sibenik. The machine should have nothing
-else to do.
+The page is DIR/index.html, which needs no other file. Its pictures and drawings are also written as files of their own,
+and report.json holds its numbers. --models may hold the models of the papers: sibenik.obj, dragon.obj, and sponza.obj
+for the pictures of 6.1. The page names the models that are missing and what it leaves out without them; the built-in
+nave replaces Sibenik. Nothing else should run on the machine while the command measures times.
 
 Examples:
   hbao paper -o report --size 320x240
   hbao paper -o report --models models";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("DIR").required(true);
     let (width, height) = SMALLEST;
     let own = [
-        output.value_parser(value_parser!(PathBuf)).help("The folder to write into; made if it is missing"),
-        flags::path("models", "DIR", "Where the papers' models lie"),
+        output.value_parser(value_parser!(PathBuf)).help("The folder to write into, which is created if needed"),
+        flags::path("models", "DIR", "The folder that holds the papers' models"),
         flags::valued(
             "size",
             "WxH",
-            format!("Width and height of the pictures [at least {width}x{height}; default: 1600x1200]"),
+            format!("Width and height of the pictures in pixels [at least {width}x{height}; default: 1600x1200]"),
         ),
         flags::truth_rays(),
-        flags::valued("runs", "N", "Counted runs of what is timed [1 to 1000; default: 3]"),
+        flags::valued("runs", "N", "Number of timed runs of each measurement [1 to 1000; default: 3]"),
         flags::backend_argument(),
     ];
     Command::new("paper").about("Regenerate the papers' pictures, tables and claims").args(own).after_help(EXPLANATION)

@@ -1,4 +1,4 @@
-//! `hbao render`: renders a scene to an image and, on request, to every image on the way to it.
+//! `hbao render`: renders a scene to an image and, on request, writes every intermediate image too.
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
@@ -17,8 +17,8 @@ use std::path::PathBuf;
 const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
 const EXPLANATION: &str = "\
-Each file holds the settings that made it, which --settings reads: in a PNG as the text 'hbao', in an EXR as the
-attribute 'hbao'.
+Each file also holds the settings that it was made with: a PNG in the text chunk 'hbao', an EXR in the attribute 'hbao'.
+--settings reads them back.
 
 Examples:
   hbao render -o cornell.png
@@ -27,26 +27,27 @@ Examples:
   hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
   hbao render -o final.png --dump images --timings times.json";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let shows = picture::names().map(|(name, _)| name).collect::<Vec<_>>().join(", ");
     let applies = APPLY.map(|(name, _)| name).join(", ");
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
     let outputs = [
         output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.png or OUT.exr"),
-        flags::valued("show", "IMAGE", format!("What OUT shows [{shows}; default: final]")),
-        flags::valued("apply", "PART", format!("Which light ambient occlusion darkens [{applies}; default: all]")),
-        flags::path("dump", "DIR", "Write every intermediate image into this folder; made if it is missing"),
-        flags::path("timings", "FILE.json", "Write what each pass took"),
+        flags::valued("show", "IMAGE", format!("The image that is written to OUT [{shows}; default: final]")),
+        flags::valued("apply", "PART", format!("The light that ambient occlusion darkens [{applies}; default: all]")),
+        flags::path("dump", "DIR", "Write every intermediate image into this folder, which is created if needed"),
+        flags::path("timings", "FILE.json", "Write the time of each pass in milliseconds"),
     ];
     Command::new("render")
         .about("Render a scene with ambient occlusion")
         .args(outputs.map(|arg| arg.help_heading("Output")))
         .args(flags::arguments())
-        .after_help(format!("What --show writes:\n{}\n{EXPLANATION}", images_in_words()))
+        .after_help(format!("The images of --show:\n{}\n{EXPLANATION}", images_in_words()))
 }
 
-/// A line or more for each image of `--show`. Images with the same explanation share one.
+/// Returns the part of the help text that explains the images of `--show`. Images with the same explanation share an
+/// entry.
 fn images_in_words() -> String {
     let mut explained: Vec<(String, &str)> = Vec::new();
     for (name, image) in picture::names() {
@@ -62,7 +63,7 @@ fn images_in_words() -> String {
     lines.collect()
 }
 
-/// What is to be written, and where.
+/// The images and files that the user asked for.
 struct Wanted {
     output: PathBuf,
     format: FileFormat,
@@ -76,7 +77,7 @@ struct Wanted {
 
 impl Wanted {
     fn read(matches: &ArgMatches) -> Result<Wanted, Error> {
-        // A trailing separator or dot does not change which folder a path means.
+        // Removes a trailing separator or dot, which does not change the folder that a path names.
         let folder = |path: &PathBuf| path.components().collect::<PathBuf>();
         let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
         let names: Vec<_> = picture::names().map(|(name, image)| (name, (name, image))).collect();
@@ -92,29 +93,29 @@ impl Wanted {
         })
     }
 
-    /// The images of `--dump`, and where they are written.
+    /// Returns the images of `--dump`, each with the path that it is written to.
     fn dumped(&self) -> impl Iterator<Item = (PathBuf, &'static ImageKind)> {
         self.dump.iter().flat_map(|folder| picture::dumped().map(|(name, image)| (folder.join(name), image)))
     }
 
-    /// Every image that is written.
+    /// Returns every image that is written.
     fn images(&self) -> impl Iterator<Item = &'static ImageKind> {
         [self.show].into_iter().chain(self.dumped().map(|(_, image)| image))
     }
 
-    /// Every file that is written.
+    /// Returns the path of every file that is written.
     fn paths(&self) -> impl Iterator<Item = PathBuf> {
         self.dumped().map(|(path, _)| path).chain([self.output.clone()]).chain(self.timings.clone())
     }
 
     fn request(&self) -> Request {
         let request = picture::request(self.images(), self.apply);
-        // Every pass is timed, and so every pass must run.
+        // With `--timings` every pass is timed, and so every pass must run.
         let timings = self.timings.is_some();
         Request { gbuffer_only: request.gbuffer_only && !timings, timings, ..request }
     }
 
-    /// Why a flag changes nothing that is written; none where it does change something.
+    /// Returns why a flag changes nothing that is written, or `None` if it does change something.
     fn without_effect(&self, flag: &str, settings: &Settings) -> Option<String> {
         if flag == "apply" {
             return self.request().composite.is_none().then(|| "unless --show is final".into());
@@ -127,15 +128,16 @@ impl Wanted {
         Some(idle.map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
     }
 
-    /// The settings to render with: without a blur where no image and no time of it is written.
+    /// Returns the settings to render with. The blur is turned off if no written image needs it and no times are
+    /// written.
     fn needed(&self, settings: Settings) -> Settings {
         let blur = if self.timings.is_none() && self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
         Settings { blur, ..settings }
     }
 }
 
-/// Renders. Mistakes are found before the next, more expensive step: first those in the flags, then those about the
-/// files to be written, then those in the scene, then those of OpenGL.
+/// Renders and writes the files. The cheap checks come first: the flags, then the files to be written, then the scene,
+/// and at last OpenGL.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
@@ -159,7 +161,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
-    // Nobody needs to read about the default where the driver has that many samples.
+    // If the driver gives the default number of samples, and no flag asked for a number, there is nothing to report.
     if flags.knobs_given().any(|flag| flag == "msaa") || pipeline.samples() != settings.msaa {
         say(&format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples()));
     }
@@ -171,8 +173,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
     let text = metadata(&origin);
-    // Everything is encoded before anything is written, so that there is little time in which an interrupt finds files
-    // half written.
+    // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
+    // the files.
     let encode = |image: &ImageKind, format| image.encode(&pipeline, &resolved, format, &text);
     let mut files = vec![(wanted.output.clone(), encode(wanted.show, wanted.format)?)];
     for (path, image) in wanted.dumped() {
@@ -195,9 +197,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// The settings as a settings file holds them, and everything else that the image follows from, in a table of its own
-/// that [`Settings::read_toml`] skips. The backend is not part of it: one driver renders the same image by EGL and by
-/// OSMesa, and the files are then equal to the byte.
+/// Returns the metadata of an image: the text of a settings file, followed by a table with everything else that
+/// determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same image
+/// by EGL and by OSMesa, and without the backend the two files are equal to the byte.
 fn origin(
     settings: &Settings,
     flags: &Flags,
@@ -217,7 +219,7 @@ fn origin(
     flags::with_origin(settings, render)
 }
 
-/// The text of the file that `--timings` writes.
+/// Returns the text of the file that `--timings` writes.
 fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
     let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
     let report = json!({

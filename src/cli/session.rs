@@ -1,4 +1,4 @@
-//! What several verbs do alike: open a context, and trace the truth.
+//! The steps that several verbs share: opening a context, and tracing the truth.
 
 use crate::terminal::{bar, say};
 use hbao::Error;
@@ -8,10 +8,11 @@ use hbao::reference::truth::{Traced, Truth};
 use hbao::settings::Settings;
 use std::time::Instant;
 
-/// The most pixels that are traced, as many as 8192x8192. A pixel takes some 60 bytes while it is traced.
+/// The largest number of pixels that are traced, which is that of 8192x8192 pixels. Tracing takes some 60 bytes per
+/// pixel.
 const MOST_PIXELS: u64 = 1 << 26;
 
-/// Opens a context, and says which backend gave it.
+/// Opens a context, and reports which backend gave it.
 pub(crate) fn open_context(backend: Backend) -> Result<Context, Error> {
     let context = Context::open(backend)?;
     context.passed_over().into_iter().for_each(say);
@@ -19,7 +20,7 @@ pub(crate) fn open_context(backend: Backend) -> Result<Context, Error> {
     Ok(context)
 }
 
-/// Traces every pixel with a progress bar, and says how long that took and how noisy the result is.
+/// Traces every pixel with a progress bar, and reports the speed and the noise of the result.
 pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced, Error> {
     let Shot { mesh, camera, size: (width, height) } = shot;
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
@@ -33,15 +34,16 @@ pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced
     progress.finish_and_clear();
     let covered = traced.covered.iter().filter(|&&covered| covered).count();
     say(&format!(
-        "truth: {covered} covered pixels, {rays} rays each, {:.2} million rays a second, noise {:.5} RMS",
+        "truth: {covered} covered pixels, {rays} rays each, {:.2} million rays per second, noise {:.5} RMS",
         covered as f64 * f64::from(rays) / start.elapsed().as_secs_f64() / 1e6,
         traced.noise_rmse
     ));
     Ok(traced)
 }
 
-/// The notice that a knob changes nothing on what only reads the radius and the attenuation. A method has an
-/// attenuation of its own, which counts unless another is given.
+/// Returns the notice that a setting has no effect on `on`, the name of a thing that depends only on the radius and the
+/// attenuation. The notice for `--method` names the attenuation if it is the default of that method, because the method
+/// then has this effect.
 pub(crate) fn without_effect(knob: &str, settings: &Settings, on: &str) -> String {
     let attenuation = settings.attenuation.name();
     if knob == "method" && settings.attenuation == Settings::for_method(settings.method).attenuation {

@@ -1,4 +1,4 @@
-//! `hbao trade`: error against time over a sweep of settings.
+//! `hbao trade`: measures the time and the error of many combinations of settings.
 
 use super::flags::{self, Flags, Opened};
 use super::session::{open_context, trace, without_effect};
@@ -16,33 +16,38 @@ use hbao::{Error, check_size};
 use serde_json::json;
 
 const EXPLANATION: &str = "\
-Each of some 50 settings is timed (ambient occlusion and its blur, the median of interleaved runs) and compared, over
-the pixels that hold a surface, with ray-traced ambient occlusion of the same radius and attenuation. A star marks the
-settings that no others beat in both time and RMSE. Edge pixels are those of which 4 depth samples show more than one
-surface. Of the settings only --radius, --attenuation and --strength matter: the sweep goes through the others.
-LP_NUM_THREADS=1 keeps llvmpipe to one thread; the machine should have nothing else to do.
+Some 50 combinations of settings are timed and compared with ray-traced ambient occlusion of the same radius and
+attenuation. The time is that of ambient occlusion and its blur, the median over interleaved runs. The comparison covers
+the pixels that hold a surface. A star marks each combination that no other beats in both time and RMSE. An edge pixel
+is one whose 4 depth samples show more than one surface. Of the flags for settings, only --radius, --attenuation and
+--strength have an effect, because the sweep sets all other settings itself. With LP_NUM_THREADS=1 in the environment,
+llvmpipe uses one thread. Nothing else should run on the machine.
 
-The second table takes the error of the chapter's settings apart, on 50,000 random pixels, the same in every run. The model
-error is that of 64 directions with a sample every texel, in float64, against the rays. The sampling error is that of the
-settings' samples against those. The filtering error is that of the image after the blur against the one before, and the
-quantisation error that of 8 bits against float. A pixel's parts add up to its total error, and so do the biases. The
-squares of the RMSEs do so only with the cross term, which is twice the mean of the parts' products.
+The second table splits the error of 'hbao' into parts, for 4x4, 8x8 and 16x16 samples at full and at half resolution,
+on 50,000 random pixels that are the same in every run. Each part is the difference between two images:
+  model         the converged method (64 directions, a sample at every texel, in float64) minus the ray-traced image
+  sampling      the method with its own number of samples minus the converged method
+  filtering     the image after the blur minus the image before it
+  quantisation  the image with 8-bit formats minus the image with float formats
+At each pixel the parts add up to the total error, and so the biases of the parts add up to the total bias. The squares
+of the RMSEs add up to the square of the total RMSE only together with the cross term: twice the sum, over all pairs of
+parts, of the mean of their product.
 
 Examples:
   hbao trade nave --size 400x300
   hbao trade sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 --size 800x600 --json trade.json --plot trade.svg";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let own = [
-        flags::path("json", "FILE.json", "Write the rows"),
-        flags::path("csv", "FILE.csv", "Write the rows as a table"),
-        flags::path("plot", "FILE.svg", "Draw RMSE against time"),
-        flags::valued("runs", "N", "Counted runs [1 to 1000; default: 5]"),
+        flags::path("json", "FILE.json", "Write the rows of both tables"),
+        flags::path("csv", "FILE.csv", "Write the rows of the first table"),
+        flags::path("plot", "FILE.svg", "Write a plot with time on one axis and RMSE on the other"),
+        flags::valued("runs", "N", "Number of timed runs of each combination [1 to 1000; default: 5]"),
         flags::truth_rays(),
     ];
     Command::new("trade")
-        .about("Measure what accuracy costs: error against time over a sweep of settings")
+        .about("Measure what accuracy costs: the time and the error of many combinations of settings")
         .args(own)
         .args(flags::arguments())
         .after_help(EXPLANATION)

@@ -11,28 +11,28 @@ use hbao::measure::{Shot, TruthImage};
 use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
-Eq. 6.2.3 of ShaderX7 is evaluated with rays in uniform directions of the hemisphere about the triangle's normal. They
-start at the surface point on the ray of each pixel's centre, and triangles occlude from both sides. Of the settings only
---radius and --attenuation matter. The noise is the root of the mean variance of a pixel, estimated from two independent
-halves of the rays.
+The command evaluates Eq. 6.2.3 of ShaderX7 by rays whose directions are uniform over the hemisphere about the
+triangle's normal. The rays start at the surface point that is seen through the pixel's centre, and triangles occlude
+from both sides. Of the settings, only --radius and --attenuation have an effect. The noise that is reported is the
+square root of the variance of a pixel, averaged over the pixels and estimated from two independent halves of the rays.
 
 Examples:
   hbao truth -o truth.exr --size 400x300
   hbao truth sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 -o truth.exr --truth-rays 1024";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
-    let own = [output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.exr (Y, float) or OUT.png")];
+    let own = [output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.exr (float) or OUT.png")];
     Command::new("truth")
-        .about("Ray-trace ambient occlusion on the triangles")
+        .about("Ray-trace ambient occlusion on the scene's triangles, on the CPU")
         .args(own)
         .arg(flags::truth_rays())
         .args(flags::arguments())
         .after_help(EXPLANATION)
 }
 
-/// Traces every pixel, writes the image, and says how noisy it is.
+/// Traces every pixel, writes the image, and reports its noise.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let rays = flags::read_truth_rays(matches)?;

@@ -1,4 +1,4 @@
-//! `hbao tune`: the cheapest settings that a view needs.
+//! `hbao tune`: finds the combination of settings that suits a view best.
 
 mod listing;
 mod words;
@@ -17,45 +17,52 @@ use serde_json::json;
 use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
-The RMSE is that of the image that 'hbao render' makes of this scene, size and camera with --settings F.toml: ao.exr of
-its --dump against the image of 'hbao truth' with the same --truth-rays, over the pixels that are finite in depth.exr. The
-milliseconds are those of ambient occlusion and its blur, as 'hbao trade' counts them.
+The command tries many combinations of settings. The RMSE that it reports compares two images: the file ao.exr that
+'hbao render --dump' writes for this scene, size and camera with --settings F.toml, and the image of 'hbao truth' with
+the same --truth-rays. The RMSE covers the pixels whose depth in depth.exr is finite. The milliseconds are the time of
+ambient occlusion and its blur, as in 'hbao trade'.
 
-These are searched: method, directions, steps, rays, half-res, blur, edges, jitter, the formats, and of ssao its samples,
-depth, normals and curve. A flag pins what it sets, and so does each line of --settings: the search varies only the rest.
-The radius, attenuation, strength, bias, msaa and all other settings are never searched. An RMSE over all pixels hardly
-shows the pattern of 4x4 pixels that the jitter leaves, nor bands, nor jagged edges, since these are few pixels: give
---jitter tile --blur 9 --edges supersample to keep the settings that prevent them.
+The search varies method, directions, steps, rays, half-res, blur, blur-kernel, edges, jitter and the formats, and for
+ssao also its samples, depth, normals and curve. If a flag or a line of --settings sets one of them, the search does not
+vary it. The radius, attenuation, strength, bias and msaa are never varied, and all other settings keep each method's
+default unless they are set. An RMSE over all pixels hardly reflects the pattern of 4x4 pixels that the jitter leaves,
+or banding. It hardly reflects jagged edges either, because few pixels are edges. Give --jitter tile --blur 9 --edges
+supersample to keep the settings that prevent these artefacts.
 
-Settings are rendered once for their error, in the order of their work. They are not rendered where they take more of the
-same work than settings that already meet the goal. Settings near the goal are varied knob by knob. Contenders are timed in
-interleaved rounds, and the best 4 of them in three times as many more. For --max-error the answer is the most accurate
-whose median is within the noise of the fastest: at most the time that the slowest quarter of the fastest one's runs exceed.
-For --max-ms it is the most accurate whose median is within T. Errors that differ by less than 0.0001 count as equal; then
-the faster settings are taken. LP_NUM_THREADS=1 keeps llvmpipe to one thread; the machine should have nothing else to do.
+The combinations are rendered once for their error, those with the least work first. For --max-error, a combination is
+not rendered if it certainly needs no less work than an earlier one that meets the goal. For --max-ms, it is not
+rendered if it certainly needs no less work than an earlier one whose rough time is over twice T. The combinations that
+are nearest to the goal are varied in one setting at a time. Those that may win are then timed in interleaved rounds,
+and the best 4 of them in three times as many more.
+
+For --max-error, all combinations that reach the error and whose median time is at most the upper quartile of the
+fastest one's times count as equally fast, and the most accurate of these is chosen. For --max-ms, the most accurate
+combination whose median time is at most T is chosen. RMSEs that are equal when rounded to 4 decimal places count as
+equally accurate; the fastest of these is chosen. With LP_NUM_THREADS=1 in the environment, llvmpipe uses one thread.
+Nothing else should run on the machine.
 
 Examples:
   hbao tune nave --size 400x300 --max-error 0.15 -o fast.toml
   hbao tune sibenik.obj --eye -15.5,-10.5,0 --target 10,-9,0 --fov-y 60 --size 800x600 --max-ms 20 --method hbao -o t.toml
   hbao render nave --size 400x300 --settings fast.toml -o nave.png";
 
-/// The verb's flags.
+/// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("F.toml").required(true);
     let own = [
         flags::valued(
             "max-error",
             "E",
-            "Find the cheapest settings with at most this RMSE against the truth [above 0]",
+            "Find the cheapest settings whose RMSE from the ray-traced image is at most E [above 0]",
         ),
-        flags::valued("max-ms", "T", "Find the most accurate settings within these milliseconds [above 0]"),
+        flags::valued("max-ms", "T", "Find the most accurate settings that take at most T milliseconds [above 0]"),
         output.value_parser(value_parser!(PathBuf)).help("The settings file to write, F.toml"),
-        flags::path("json", "FILE.json", "Write all settings considered, and what became of each"),
-        flags::valued("runs", "N", "Counted runs of a contender [1 to 1000; default: 5]"),
+        flags::path("json", "FILE.json", "Write every combination considered, and its verdict"),
+        flags::valued("runs", "N", "Number of timed runs of each combination that may win [1 to 1000; default: 5]"),
         flags::truth_rays(),
     ];
     Command::new("tune")
-        .about("Find the settings that a view needs: the cheapest within an error, or the most accurate within a time")
+        .about("Find the cheapest settings within an error, or the most accurate within a time, for one view")
         .args(own)
         .args(flags::arguments())
         .after_help(EXPLANATION)
@@ -77,7 +84,7 @@ fn read_goal(matches: &ArgMatches) -> Result<Goal, Error> {
     }
 }
 
-/// Looks at the view, traces the truth, searches, prints what was found, and writes the settings.
+/// Renders the view's G-buffer, traces the truth, searches, prints the result, and writes the settings.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let goal = read_goal(matches)?;

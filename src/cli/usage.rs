@@ -1,9 +1,10 @@
-//! What is wrong with a command line, in one line.
+//! Describes what is wrong with a command line, in one line.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// Words an error of clap's in one line. The line is made from the error's kind and context, because clap's own message
-/// has several lines. Errors about a value out of range do not come from clap: `flags` reads the values.
+/// Describes an error of clap in one line. The line is made from the error's kind and context, because clap's own
+/// message has several lines. Errors about a value out of range do not come from clap, because `flags` reads the
+/// values.
 pub(super) fn one_line(error: &clap::Error) -> String {
     let about = |kind| error.get(kind).map(named).unwrap_or_default();
     let argument = about(ContextKind::InvalidArg);
@@ -35,7 +36,8 @@ pub(super) fn one_line(error: &clap::Error) -> String {
             other => format!("the argument {argument} cannot be used with {other}"),
         },
         ErrorKind::InvalidUtf8 => "an argument is not valid UTF-8".into(),
-        // Our command line does not lead clap to an error of another kind. Should one come up, its kind is the message.
+        // This command line should not make clap return an error of another kind. If one does occur, the message is its
+        // kind.
         kind => kind.as_str().unwrap_or("the command line is not understood").into(),
     };
     format!("{what} (see --help)")
@@ -45,7 +47,7 @@ fn suggestion(what: &str, known: &str) -> String {
     if known.is_empty() { String::new() } else { format!("; a similar {what} exists: {known}") }
 }
 
-/// Arguments, values or subcommands in quotes, with commas between them.
+/// Returns arguments, values or subcommands in quotes, separated by commas.
 fn named(value: &ContextValue) -> String {
     let quoted = |text: &String| format!("'{text}'");
     match value {

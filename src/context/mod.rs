@@ -39,7 +39,7 @@ use std::marker::PhantomData;
 use std::str::FromStr;
 use std::sync::Arc;
 
-/// Which library provides the context.
+/// The library that creates the context.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
@@ -57,7 +57,7 @@ impl Backend {
     /// The name of every backend, as the command line spells it.
     pub const NAMES: [&'static str; 3] = [Backend::Auto.name(), Backend::Egl.name(), Backend::Osmesa.name()];
 
-    /// The backend's name.
+    /// Returns the backend's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -171,7 +171,7 @@ impl Context {
         &self.gl
     }
 
-    /// The backend that provides the context: [`Backend::Egl`] or [`Backend::Osmesa`], never [`Backend::Auto`].
+    /// Returns the backend that provides the context: [`Backend::Egl`] or [`Backend::Osmesa`], never [`Backend::Auto`].
     #[must_use]
     pub fn backend(&self) -> Backend {
         match self.platform {
@@ -187,13 +187,13 @@ impl Context {
         format!("{}: {}, OpenGL {}", self.backend().name(), self.renderer(), self.version())
     }
 
-    /// The renderer, as the driver names it.
+    /// Returns the renderer, as the driver names it.
     pub fn renderer(&self) -> String {
         // SAFETY: the context is current on this thread, and this is a core parameter.
         unsafe { self.gl.get_parameter_string(glow::RENDERER) }
     }
 
-    /// The version of OpenGL, as the driver words it.
+    /// Returns the version of OpenGL, as the driver words it.
     pub fn version(&self) -> String {
         // SAFETY: the context is current on this thread, and this is a core parameter.
         unsafe { self.gl.get_parameter_string(glow::VERSION) }
@@ -206,9 +206,9 @@ impl Context {
         self.passed_over.as_deref()
     }
 
-    /// The address of OpenGL's function `name`, for a loader other than glow, or null if the backend does not know the
-    /// function. Some EGL libraries return an address for any name, so an address does not prove that the driver has
-    /// the function.
+    /// Returns the address of OpenGL's function `name`, for a loader other than glow, or null if the backend does not
+    /// know the function. Some EGL libraries return an address for any name, so an address does not prove that the
+    /// driver has the function.
     #[must_use]
     pub fn get_proc_address(&self, name: &CStr) -> *const c_void {
         self.platform.get_proc_address(name)

@@ -79,9 +79,9 @@ impl Functions {
         }
     }
 
-    /// The functions, loaded once per process. The library is deliberately never unloaded: a clone of a context's
-    /// `Arc<glow::Context>` may hold addresses of its functions indefinitely, and Mesa's worker threads and destructors
-    /// of thread-local variables run its code after the last context is gone.
+    /// Returns the functions, loaded once per process. The library is deliberately never unloaded: a clone of a
+    /// context's `Arc<glow::Context>` may hold addresses of its functions indefinitely, and Mesa's worker threads and
+    /// destructors of thread-local variables run its code after the last context is gone.
     fn of_process() -> Result<&'static Functions, Error> {
         static FUNCTIONS: LazyLock<Result<Functions, String>> = LazyLock::new(|| Functions::load(LIBRARY));
         FUNCTIONS.as_ref().map_err(|why| Error::Context(why.clone()))

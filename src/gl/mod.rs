@@ -51,40 +51,42 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
     }
 }
 
-/// The error for a driver that made no object: the error that OpenGL recorded, or [`GlCause::NoObject`] if it recorded
-/// none.
+/// Returns the error for a driver that made no object: the error that OpenGL recorded, or [`GlCause::NoObject`] if it
+/// recorded none.
 pub(crate) fn not_made(gl: &glow::Context, place: &str) -> Error {
     let silent = || Error::gl_because(place, "the driver made no object and does not say why", GlCause::NoObject);
     check(gl, place).err().unwrap_or_else(silent)
 }
 
-/// True if the driver refused what was asked for, so that another format or fewer samples may succeed. A lost context
-/// or a driver that makes no objects is not such a refusal. Neither is a lack of memory: see [`is_out_of_memory`].
+/// Returns true if the driver refused what was asked for, so that another format or fewer samples may succeed. A lost
+/// context or a driver that makes no objects is not such a refusal. Neither is a lack of memory: see
+/// [`is_out_of_memory`].
 pub(crate) fn is_refusal(error: &Error) -> bool {
     const OTHERS: [GlCause; 3] =
         [GlCause::Code(glow::OUT_OF_MEMORY), GlCause::Code(glow::CONTEXT_LOST), GlCause::NoObject];
     matches!(error, Error::Gl { cause, .. } if !OTHERS.contains(cause))
 }
 
-/// True if memory ran out, so that something smaller may succeed.
+/// Returns true if memory ran out, so that something smaller may succeed.
 pub(crate) fn is_out_of_memory(error: &Error) -> bool {
     matches!(error, Error::Gl { cause: GlCause::Code(glow::OUT_OF_MEMORY), .. })
 }
 
-/// True if OpenGL refused a call because it is not allowed in the current state (`GL_INVALID_OPERATION`).
+/// Returns true if OpenGL refused a call because it is not allowed in the current state (`GL_INVALID_OPERATION`).
 pub(crate) fn is_invalid_operation(error: &Error) -> bool {
     matches!(error, Error::Gl { cause: GlCause::Code(glow::INVALID_OPERATION), .. })
 }
 
-/// The largest number of samples per pixel of the textures that this driver can render to and fetch from, at least 1.
+/// Returns the largest number of samples per pixel of the textures that this driver can render to and fetch from, at
+/// least 1.
 pub(crate) fn sample_limit(gl: &glow::Context) -> u32 {
     // SAFETY: the context is current, and these are core parameters.
     let limits = [glow::MAX_SAMPLES, glow::MAX_COLOR_TEXTURE_SAMPLES].map(|p| unsafe { gl.get_parameter_i32(p) });
     limits.into_iter().min().unwrap_or(1).max(1) as u32
 }
 
-/// The largest width and height in pixels that this driver can both render to and sample from. The context must be
-/// current.
+/// Returns the largest width and height in pixels that this driver can both render to and sample from. The context must
+/// be current.
 #[must_use]
 pub fn size_limit(gl: &glow::Context) -> u32 {
     // SAFETY: the context is current, and these are core parameters; MAX_VIEWPORT_DIMS has two values.

@@ -40,14 +40,15 @@ impl Defines {
     }
 }
 
-/// The source string number of piece `index` of `count`, for `#line`. The last piece, which is the pass's own file,
-/// gets number 0: inside expressions Mesa reports 0 in place of the number, and most errors are in the pass's own file.
+/// Returns the source string number of piece `index` of `count`, for `#line`. The last piece, which is the pass's own
+/// file, gets number 0: inside expressions Mesa reports 0 in place of the number, and most errors are in the pass's own
+/// file.
 fn number(index: usize, count: usize) -> usize {
     (index + 1) % count
 }
 
-/// The text that is given to the driver. A `#line` before each piece makes errors name the piece and the line within
-/// it.
+/// Returns the text that is given to the driver. A `#line` before each piece makes errors name the piece and the line
+/// within it.
 pub(crate) fn assemble(defines: &Defines, pieces: &[Source]) -> String {
     let mut text = format!("#version 330 core\n{}", defines.0);
     for (index, piece) in pieces.iter().enumerate() {
@@ -109,7 +110,7 @@ impl Program {
         self
     }
 
-    /// The location of a vertex attribute, or `None` if the program does not read it.
+    /// Returns the location of a vertex attribute, or `None` if the program does not read it.
     pub(crate) fn attribute(&self, name: &str) -> Option<u32> {
         // SAFETY: the context is current and the program is ours.
         unsafe { self.gl.get_attrib_location(self.id, name) }
@@ -168,8 +169,8 @@ impl Drop for Program {
     }
 }
 
-/// A driver's log, with the source string numbers replaced by file names. Mesa writes `0:12(3): error`; other drivers
-/// write `0(12) : error` or `ERROR: 0:12: ...`.
+/// Returns a driver's log in which the source string numbers are replaced by file names. Mesa writes `0:12(3): error`;
+/// other drivers write `0(12) : error` or `ERROR: 0:12: ...`.
 fn with_file_names(log: &str, pieces: &[Source]) -> String {
     let line = |line: &str| {
         let prefix = if line.starts_with("ERROR: ") { "ERROR: " } else { "" };
@@ -185,8 +186,8 @@ fn with_file_names(log: &str, pieces: &[Source]) -> String {
     one_line(&log.lines().map(line).collect::<Vec<_>>().join("\n"))
 }
 
-/// The error for a shader that did not compile or link; `verb` says which. It quotes the driver's log if that is not
-/// empty.
+/// Returns the error for a shader that did not compile or link; `verb` says which. It quotes the driver's log if that
+/// is not empty.
 fn refused(gl: &glow::Context, name: &str, verb: &str, log: &str) -> Error {
     match check(gl, name) {
         _ if !log.is_empty() => Error::gl(name, log),

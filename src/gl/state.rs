@@ -47,9 +47,9 @@ struct Stencil {
 }
 
 impl Stencil {
-    /// The parameters of the front and of the back face. A framebuffer that has a stencil buffer must be bound, because
-    /// OpenGL clamps the reference that it reports to the range of the bound framebuffer's stencil: without a stencil
-    /// it reports 0 in place of the reference that was set.
+    /// Returns the parameters of the front and of the back face. A framebuffer that has a stencil buffer must be bound,
+    /// because OpenGL clamps the reference that it reports to the range of the bound framebuffer's stencil: without a
+    /// stencil it reports 0 in place of the reference that was set.
     fn both(gl: &glow::Context) -> [Stencil; 2] {
         // SAFETY: the context is current, and these are core parameters of one value.
         let int = |parameter| unsafe { gl.get_parameter_i32(parameter) };

@@ -44,7 +44,7 @@ impl Drop for Renderbuffer {
 
 /// A texture that a framebuffer can draw colours into.
 pub(crate) trait Attachment {
-    /// The texture target, such as `GL_TEXTURE_RECTANGLE`, and the texture.
+    /// Returns the texture target, such as `GL_TEXTURE_RECTANGLE`, and the texture.
     fn texture(&self) -> (u32, glow::Texture);
 }
 
@@ -138,7 +138,7 @@ impl Target {
     }
 }
 
-/// What a status of `glCheckFramebufferStatus` means, for messages.
+/// Describes a status of `glCheckFramebufferStatus` in words, for messages.
 fn incompleteness(status: u32) -> String {
     match status {
         glow::FRAMEBUFFER_INCOMPLETE_ATTACHMENT => "an attachment cannot be drawn to".into(),

@@ -38,7 +38,7 @@ impl Format {
         (Format::Rgba32f, "rgba32f"),
     ];
 
-    /// The internal format, the format and the type, as `glTexImage2D` expects them.
+    /// Returns the internal format, the format and the type, as `glTexImage2D` expects them.
     pub(crate) fn gl(self) -> (u32, u32, u32) {
         match self {
             Format::R8 => (glow::R8, glow::RED, glow::UNSIGNED_BYTE),
@@ -252,8 +252,8 @@ impl MultisampleTexture {
         }
     }
 
-    /// The number of samples per pixel: as many as were asked for, or more. `place` names the texture in errors. Leaves
-    /// the texture bound.
+    /// Returns the number of samples per pixel: as many as were asked for, or more. `place` names the texture in
+    /// errors. Leaves the texture bound.
     pub(crate) fn samples(&self, place: &str) -> Result<u32, Error> {
         // SAFETY: the context is current and the texture ours.
         let samples = unsafe {

@@ -40,8 +40,8 @@ impl Timers {
         Ok(Timers { gl: gl.clone(), on, query, times: Vec::new() })
     }
 
-    /// True if the driver's timer query works: some drivers accept the query and always answer 0. The context must be
-    /// current, and no `GL_TIME_ELAPSED` query may be active.
+    /// Returns true if the driver's timer query works: some drivers accept the query and always answer 0. The context
+    /// must be current, and no `GL_TIME_ELAPSED` query may be active.
     ///
     /// # Errors
     /// [`Error::Gl`] if the driver makes no query object, or if OpenGL refuses the query.
@@ -51,8 +51,8 @@ impl Timers {
         Ok(timers.take().iter().all(|time| time.gpu_ms.is_some()))
     }
 
-    /// The times of the passes that ran since the previous call, in the order in which they ran. Empty if the timers do
-    /// not measure.
+    /// Returns the times of the passes that ran since the previous call, in the order in which they ran. Empty if the
+    /// timers do not measure.
     #[must_use]
     pub fn take(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.times)

@@ -146,7 +146,7 @@ fn headers(path: &Path, file: impl BufRead, length: u64) -> Result<Headers, Erro
     Ok(headers)
 }
 
-/// The names of the channels that store the components of a texel.
+/// Returns the names of the channels that store the components of a texel.
 fn channel_names<T: Texel>() -> &'static [&'static str] {
     if T::COMPONENTS == 1 { &["Y"] } else { &["R", "G", "B"] }
 }

@@ -1,4 +1,4 @@
-//! What PNG and EXR files have in common.
+//! Functions and types that PNG and EXR files share.
 
 use super::Image;
 use crate::Error;
@@ -7,12 +7,12 @@ use std::io::{BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 impl<T: Copy> Image<T> {
-    /// The rows in the order of image files, the top row first. The image must not be empty.
+    /// Returns the rows in the order of image files, with the top row first. The image must not be empty.
     pub(super) fn rows_from_top(&self) -> impl Iterator<Item = &[T]> {
         self.texels.chunks_exact(self.width).rev()
     }
 
-    /// True if the image has no texels. Neither file format can store such an image.
+    /// Returns true if the image has no texels. Neither file format can store such an image.
     pub(super) fn is_empty(&self) -> bool {
         self.width == 0 || self.height == 0
     }
@@ -57,14 +57,15 @@ impl<C: Component> Texel for [C; 3] {
     }
 }
 
-/// The text, as pairs (keyword, text), that is stored in every file: the name of this software, and `settings`, the
-/// settings that made the file.
+/// Returns the text that is stored in every file, as pairs (keyword, text): the name of this software, and `settings`,
+/// the text of the settings that the file was made with.
 #[must_use]
 pub fn metadata(settings: &str) -> [(&'static str, &str); 2] {
     [("Software", concat!("hbao ", env!("CARGO_PKG_VERSION"))), ("hbao", settings)]
 }
 
-/// The most bytes of text that are read from a PNG, and the most bytes of an EXR's header, which contains the text.
+/// The largest number of bytes of text that are read from a PNG. It is also the largest number of bytes of an EXR's
+/// header, which contains the text.
 pub(super) const MOST_TEXT: usize = 1 << 24;
 
 /// Opens an image file for reading. Returns the file and its length in bytes.

@@ -48,7 +48,7 @@ impl<T: Copy> Image<T> {
         Image { width, height, texels }
     }
 
-    /// The texel at column `x` of row `y`. Row 0 is at the bottom.
+    /// Returns the texel at column `x` of row `y`. Row 0 is at the bottom.
     #[must_use]
     pub fn at(&self, x: usize, y: usize) -> T {
         self.texels[y * self.width + x]

@@ -11,10 +11,10 @@ use crate::Error;
 /// The files of one run. [`Outputs::stage`] writes each under a temporary name in its own folder. When all are staged,
 /// [`Outputs::commit`] gives them their names. If the value is dropped before that, the temporary files are deleted.
 ///
-/// At every moment, each name refers either to what was there before or to the complete new file. This holds even if
-/// the process is killed or runs out of memory. In those cases no destructor runs, and files with temporary names,
-/// `.hbao-*.tmp`, may be left behind. Nothing reads them, and they may be deleted. Files are not flushed to the disk,
-/// so nothing is promised for a loss of power.
+/// At every moment, each name refers either to the earlier file (or to none) or to the complete new file. This holds
+/// even if the process is killed or runs out of memory. In these cases no destructor runs, and files with temporary
+/// names, `.hbao-*.tmp`, may be left behind. Nothing reads them, and they may be deleted. Files are not flushed to the
+/// disk, so nothing is promised for a loss of power.
 ///
 /// If a path is a symbolic link, the link stays and the file that it points to is replaced. If a path is neither a file
 /// nor a folder (a terminal, `/dev/null`, a FIFO), or leads to an open file of this process, such as `/dev/stdout`, the
@@ -54,7 +54,7 @@ struct StagedStream {
     bytes: Vec<u8>,
 }
 
-/// What a path leads to.
+/// The kind of thing to which a path leads.
 enum Destination {
     /// A file that exists or can be created, by its absolute path.
     File(PathBuf),
@@ -72,7 +72,7 @@ impl Outputs {
     /// temporary files that this creates are deleted at once.
     ///
     /// # Errors
-    /// As [`Outputs::stage`].
+    /// The same as for [`Outputs::stage`].
     pub fn check<P: AsRef<Path>>(paths: impl IntoIterator<Item = P>) -> Result<(), Error> {
         let mut rehearsal = Outputs::new();
         paths.into_iter().try_for_each(|path| rehearsal.stage(path, b""))
@@ -108,8 +108,8 @@ impl Outputs {
         Ok(())
     }
 
-    /// Gives every staged file its name, and replaces the file that had this name. What cannot be replaced is written
-    /// to first, so that a broken pipe leaves all files as they were.
+    /// Gives every staged file its name, and replaces the file that had this name. Streams such as pipes and devices,
+    /// which cannot be replaced, are written first, so that a broken pipe leaves all files as they were.
     ///
     /// # Errors
     /// [`Error::Output`] if writing or renaming fails. If renaming fails, the files that were staged earlier have
@@ -181,9 +181,9 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// True for the paths by which Unix shows a process its open files, such as the one that `/dev/stdout` links to. Even
-/// if the open file is a regular file it must not be replaced by renaming another file, because the shell that opened
-/// it would keep the old one.
+/// Returns true for paths by which Unix shows a process its open files, such as the one that `/dev/stdout` links to.
+/// Even if the open file is a regular file it must not be replaced by renaming another file, because the shell that
+/// opened it would keep the old one.
 fn is_descriptor(path: &Path) -> bool {
     path.starts_with("/dev/fd") || path.starts_with("/proc")
 }

@@ -1,12 +1,14 @@
-//! The sample counts and the blur of settings as tables show them, whatever the method calls them.
+//! The sample counts and the width of the blur in the form in which tables show them, which is the same for all
+//! methods.
 
 use crate::settings::{Method, MethodBlur, Settings};
 
-/// The width of Crysis' own blur in texels.
+/// The width of the blur of Crysis in texels.
 const CRYSIS_BLUR: u32 = 4;
 
-/// The directions about a pixel, the rays in each direction, and the steps on each ray. The samples of a method that
-/// has a single count are the steps of one ray. A method without a pass has none of them: [0, 0, 0].
+/// Returns the number of directions around a pixel, of rays in each direction, and of steps on each ray. If a method
+/// has a single count, its samples are reported as the steps of one ray in one direction. A method without a pass has
+/// [0, 0, 0].
 pub fn directions_rays_steps(method: Method, settings: &Settings) -> [u32; 3] {
     match method.counts(settings)[..] {
         [samples] => [1, 1, samples],
@@ -16,7 +18,7 @@ pub fn directions_rays_steps(method: Method, settings: &Settings) -> [u32; 3] {
     }
 }
 
-/// The width in texels of the blur that these settings have; 0 where there is no blur.
+/// Returns the width in texels of the blur that these settings ask for, or 0 if there is no blur.
 pub fn blur_width(settings: &Settings) -> u32 {
     match settings.method.facts().blur {
         MethodBlur::None => 0,

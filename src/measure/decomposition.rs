@@ -1,10 +1,12 @@
-//! Error decomposed by its causes: the method itself, too few samples, the blur, and 8 bits.
+//! Decomposes the error of ambient occlusion by its causes: the method itself, too few samples, the blur, and 8-bit
+//! formats.
 //!
-//! Five images form a chain, each one step nearer to what is shown: ray-traced truth; the converged method
-//! ([`reference::converged`]) on a float G-buffer; the method with its samples, before the blur, in float; after the
-//! blur, in float; and with the formats asked for. Each part is the difference of two neighbours, so that the parts of
-//! a pixel add up to its whole error, and so do their biases. Their squares do not add up: [`Decomposition::cross`] is
-//! the difference.
+//! Five images form a chain: the ray-traced truth; the converged method ([`reference::converged`]) on a float G-buffer;
+//! the method with its own number of samples, before the blur, in float; the same after the blur, in float; and the
+//! shown image, with the formats of the settings. Each part of the error is the difference between two neighbours in
+//! this chain. At each pixel the parts therefore add up to the whole error, and the biases of the parts add up to the
+//! total bias. The squares of the RMSEs do not add up to the square of the total RMSE: [`Decomposition::cross`] is the
+//! remainder.
 
 use super::Shot;
 use super::gbuffers::GBuffers;
@@ -16,7 +18,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 use std::sync::Arc;
 
-/// The seed of the random choice of pixels, so that every run chooses the same.
+/// The seed of the random choice of pixels. It is fixed, so that every run chooses the same pixels.
 const SEED: u128 = 0x6465_636f_6d70_2008;
 
 /// One part of the error, or the whole error, in units of visibility.
@@ -24,7 +26,7 @@ const SEED: u128 = 0x6465_636f_6d70_2008;
 pub struct ErrorPart {
     /// The root of the mean squared difference.
     pub rmse: f64,
-    /// The mean difference: above 0 where this step makes the image more open.
+    /// The mean difference. It is above 0 if this part makes the image lighter.
     pub bias: f64,
     /// The largest absolute difference.
     pub max: f64,
@@ -41,30 +43,32 @@ impl ErrorPart {
     }
 }
 
-/// The error of one choice of settings against the truth, and its parts. The biases of the parts add up to the total's;
-/// total.rmse^2 is the sum of theirs and `cross`.
+/// The error of one combination of settings, and its parts. The biases of the parts add up to the total bias. The
+/// squares of their RMSEs and `cross` add up to the square of the total RMSE.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decomposition {
-    /// The converged method against the truth. It includes the truth's noise.
+    /// The difference between the converged method and the truth. It includes the noise of the truth.
     pub model: ErrorPart,
-    /// The method's directions and steps, its jitter, early exit and half resolution, against the converged method. It
-    /// includes the single precision of the passes.
+    /// The difference between the method as the settings sample it and the converged method. It is caused by the
+    /// numbers of directions and steps, the jitter, the early exit and half resolution, and it includes the rounding of
+    /// the passes to single precision.
     pub sampling: ErrorPart,
-    /// After the blur against before. From half resolution without a blur a pixel (x, y) shows the texel (x/2, y/2),
-    /// and so it is compared before the blur.
+    /// The difference between the images after and before the blur. At half resolution the image before the blur has
+    /// half the size, and its texel (x/2, y/2) is compared with the pixel (x, y).
     pub filtering: ErrorPart,
-    /// With the formats asked for against RGBA16F normals, R32F depth and R32F ambient occlusion.
+    /// The difference between the image with the formats of the settings and the image with RGBA16F normals, R32F depth
+    /// and R32F ambient occlusion.
     pub quantisation: ErrorPart,
-    /// What is shown against the truth.
+    /// The difference between the shown image and the truth.
     pub total: ErrorPart,
-    /// Twice the sum, over all pairs of parts, of the mean of their product: below 0 where parts cancel each other.
+    /// Twice the sum, over all pairs of parts, of the mean of their product. It is below 0 if parts cancel each other.
     pub cross: f64,
     /// How many pixels were compared.
     pub pixels: usize,
 }
 
 impl Decomposition {
-    /// The parts of a chain of images at the same pixels.
+    /// Decomposes the error along a chain of images, given at the same pixels.
     fn of([truth, converged, sampled, blurred, shown]: [&[f64]; 5]) -> Decomposition {
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         let parts = [less(converged, truth), less(sampled, converged), less(blurred, sampled), less(shown, blurred)];
@@ -83,16 +87,17 @@ impl Decomposition {
     }
 }
 
-/// The pixels that a view's error is decomposed on: `count` of the covered pixels at random, the same in every run, or
-/// all where there are no more. They are in the order of the image.
+/// Chooses the pixels at which a view's error is decomposed: `count` random ones of the covered pixels, the same in
+/// every run. If there are no more than `count` covered pixels, it chooses them all. The result is in the order of the
+/// image.
 ///
-/// The converged method takes 64 R samples a pixel, with R in texels: a whole image would take minutes.
+/// The whole image would take minutes, because the converged method takes 64 R samples per pixel, with R in texels.
 pub fn subset(covered: &Image<bool>, count: usize) -> Vec<usize> {
     let all: Vec<usize> = (0..covered.texels.len()).filter(|&i| covered.texels[i]).collect();
     let mut random = Pcg64Mcg::new(SEED);
     let (mut left, mut wanted) = (all.len(), count.min(all.len()));
     let chosen = |_: &usize| {
-        // Each of the pixels that are left is as likely as any other.
+        // Each of the remaining pixels is equally likely to be chosen.
         let uniform = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         let take = uniform * (left as f64) < wanted as f64;
         left -= 1;
@@ -108,15 +113,15 @@ pub fn subset(covered: &Image<bool>, count: usize) -> Vec<usize> {
 pub struct TruthAt<'a> {
     /// The pixels, as indices into the image.
     pub pixels: &'a [usize],
-    /// The visibility of each.
+    /// The ray-traced visibility of each of these pixels.
     pub visibility: &'a [f64],
 }
 
 /// Decomposes the error of `settings` on a view, at the pixels whose truth is given.
 ///
 /// # Errors
-/// A method without a converged form, no pixels, or pixels outside the image; a radius in percent; or what the driver
-/// refuses.
+/// [`Error::Usage`] for a method without a converged form, for no pixels or pixels outside the image, or for a radius
+/// in percent. [`Error::Gl`] if the driver refuses a shader, an allocation or a call.
 pub fn decompose(
     gl: &Arc<glow::Context>,
     shot: Shot,
@@ -127,11 +132,11 @@ pub fn decompose(
     Ok(all.remove(0))
 }
 
-/// [`decompose`] for each of `settings`. Settings with the same converged method share its image. `progress` is called
-/// after each.
+/// Calls [`decompose`] for each combination in `settings`. Combinations with the same converged method share its image.
+/// `progress` is called after each combination.
 ///
 /// # Errors
-/// As [`decompose`].
+/// The same as for [`decompose`].
 pub fn decompose_all(
     gl: &Arc<glow::Context>,
     shot: Shot,
@@ -149,7 +154,8 @@ pub fn decompose_all(
             truth.len()
         )));
     }
-    // The visibility of each pixel in an image of full size or, at half resolution without a blur, of half the size.
+    // Returns the visibility at each of `pixels`. The image has the full size, or half of it at half resolution before
+    // the blur.
     let pick = |image: &Image<f32>| -> Vec<f64> {
         let scale = if (image.width, image.height) == (width, height) { 1 } else { 2 };
         pixels.iter().map(|i| f64::from(image.at(i % width / scale, i / width / scale))).collect()
@@ -189,7 +195,7 @@ pub fn decompose_all(
     Ok(all)
 }
 
-/// Ambient occlusion before the blur, and after it.
+/// Returns ambient occlusion before the blur and after it.
 fn occlusion(
     gl: &Arc<glow::Context>,
     size: (u32, u32),
@@ -202,7 +208,7 @@ fn occlusion(
     Ok((kept.raw.unwrap_or_else(|| after.clone()), after))
 }
 
-/// The settings with every knob at its default that neither the converged method nor its G-buffer reads.
+/// Returns the settings that the converged method and its G-buffer read, with all other settings at their defaults.
 fn limit(settings: &Settings) -> Settings {
     Settings {
         method: settings.method,
@@ -228,8 +234,9 @@ mod tests {
         assert_eq!(parts.model, ErrorPart { rmse: (0.0625f64 / 2.0).sqrt(), bias: 0.125, max: 0.25 });
         assert_eq!((parts.sampling.bias, parts.filtering.bias, parts.quantisation.bias), (0.0, 0.125, 0.25));
         assert_eq!(parts.total, ErrorPart { rmse: ((0.0625f64 + 0.5625) / 2.0).sqrt(), bias: 0.5, max: 0.75 });
-        // The differences are (0.25, -0.25, 0.25, 0) and (0, 0.25, 0, 0.5), by pixel: the sums of products are
-        // -0.0625 + 0.0625 - 0.0625 and 0.125, halved.
+        // The parts are (0.25, -0.25, 0.25, 0) at the first pixel and (0, 0.25, 0, 0.5) at the second. The products of
+        // all pairs add up to -0.0625 + 0.0625 - 0.0625 at the first pixel and to 0.125 at the second. Their mean over
+        // the two pixels, times 2, is 0.0625.
         assert!((parts.cross - 0.0625).abs() < 1e-15, "{}", parts.cross);
         assert_eq!(parts.pixels, 2);
     }
@@ -244,7 +251,7 @@ mod tests {
         assert_eq!(some.len(), 400);
         assert!(some.is_sorted_by(|a, b| a < b) && some.iter().all(|&i| covered.texels[i]));
         assert_eq!(some, subset(&covered, 400));
-        // From all over the image: half of them in its lower half, give or take 3 standard deviations.
+        // The pixels come from the whole image: half of them lie in its lower half, give or take 3 standard deviations.
         let low = some.iter().filter(|&&i| i < 1200).count();
         assert!(low.abs_diff(200) < 30, "{low}");
         assert!(subset(&covered.map(|_| false), 5).is_empty() && subset(&covered, 0).is_empty());

@@ -1,21 +1,23 @@
-//! How far ambient occlusion is from the truth. Only covered pixels are compared, since background is 1 in both images.
+//! Measures how far ambient occlusion is from the truth. Only covered pixels are compared, since background is 1 in
+//! both images.
 
 use crate::Error;
 use crate::image::Image;
 
-/// Errors of one image against another, in units of visibility.
+/// The errors of one image relative to another, in units of visibility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     /// The root of the mean squared difference.
     pub rmse: f64,
     /// The mean absolute difference.
     pub mae: f64,
-    /// The mean difference: above 0 where the image is too open.
+    /// The mean difference. It is above 0 if the image is too light.
     pub bias: f64,
     /// The largest absolute difference.
     pub max: f64,
-    /// The mean over the same pixels of FLIP (Andersson et al. 2020) between both as 8-bit grey pictures, at 67 pixels
-    /// a degree: 0 where nobody sees a difference, at most 1. None where the crate was built without FLIP.
+    /// The error measure FLIP (Andersson et al. 2020), averaged over the same pixels. It compares the images as 8-bit
+    /// grey pictures, seen at 67 pixels per degree. 0 means that nobody sees a difference, and 1 is the largest value.
+    /// `None` if the crate was built without FLIP.
     pub flip: Option<f64>,
     /// How many pixels were compared.
     pub pixels: usize,
@@ -29,23 +31,23 @@ pub fn too_noisy(noise: f64, error: f64) -> bool {
 }
 
 impl Errors {
-    /// Compares `got` with `truth` where `mask` is true.
+    /// Compares `got` with `truth` at the pixels where `mask` is true.
     ///
     /// # Errors
-    /// Images of different sizes, or a mask that leaves no pixel.
+    /// [`Error::Usage`] if the images have different sizes, or if the mask is true at no pixel.
     pub fn of(got: &Image<f32>, truth: &Image<f32>, mask: &Image<bool>) -> Result<Errors, Error> {
         let errors = Comparison::new(got, truth)?.over(mask)?;
         errors.ok_or_else(Errors::of_nothing)
     }
 
-    /// The error for a mask that leaves no pixel.
+    /// Returns the error for a mask that is true at no pixel.
     pub fn of_nothing() -> Error {
         Error::Usage("no pixel holds a surface: there is nothing to compare".into())
     }
 }
 
-/// Two images, to be compared over several sets of pixels. FLIP at a pixel depends on the pixels around it, so that its
-/// map is made once, of the whole images.
+/// Two images that can be compared over several sets of pixels. FLIP at a pixel depends on the pixels around it, so its
+/// map is computed once, from the whole images.
 pub struct Comparison {
     size: (usize, usize),
     differences: Vec<f64>,
@@ -53,21 +55,21 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares `got` with `truth`: the differences are `got` less `truth`.
+    /// Compares `got` with `truth`. The differences are `got` minus `truth`.
     ///
     /// # Errors
-    /// Images of different sizes.
+    /// [`Error::Usage`] if the images have different sizes.
     pub fn new(got: &Image<f32>, truth: &Image<f32>) -> Result<Comparison, Error> {
         // The sizes are checked first, because FLIP panics on images of different sizes.
         let without = Comparison::without_flip(got, truth)?;
         Ok(Comparison { flip: flip(got, truth), ..without })
     }
 
-    /// The same without FLIP, which takes the longest, and which means nothing where the truth around a pixel is not
-    /// known.
+    /// Does the same as [`Comparison::new`], but without FLIP. FLIP takes the longest, and it means nothing if the
+    /// truth around a pixel is unknown.
     ///
     /// # Errors
-    /// Images of different sizes.
+    /// [`Error::Usage`] if the images have different sizes.
     pub fn without_flip(got: &Image<f32>, truth: &Image<f32>) -> Result<Comparison, Error> {
         let size = (got.width, got.height);
         same_size(size, (truth.width, truth.height))?;
@@ -75,10 +77,10 @@ impl Comparison {
         Ok(Comparison { size, differences, flip: None })
     }
 
-    /// The errors where `mask` is true; none where it is true nowhere.
+    /// Returns the errors over the pixels where `mask` is true, or `None` if it is true at no pixel.
     ///
     /// # Errors
-    /// A mask of another size.
+    /// [`Error::Usage`] if the mask has another size than the images.
     pub fn over(&self, mask: &Image<bool>) -> Result<Option<Errors>, Error> {
         same_size(self.size, (mask.width, mask.height))?;
         let compared: Vec<usize> = (0..mask.texels.len()).filter(|&i| mask.texels[i]).collect();
@@ -103,7 +105,7 @@ fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), Error> {
     }
 }
 
-/// FLIP at each pixel.
+/// Computes FLIP at each pixel.
 #[cfg(feature = "flip")]
 fn flip(got: &Image<f32>, truth: &Image<f32>) -> Option<Vec<f32>> {
     let grey = |image: &Image<f32>| {

@@ -1,4 +1,4 @@
-//! A cache of G-buffers: settings that differ only in what comes after the G-buffer share one.
+//! A cache of G-buffers. Combinations of settings share a G-buffer if they differ only in settings of later passes.
 
 use super::Shot;
 use crate::pipeline::check_depth_range;
@@ -7,7 +7,7 @@ use crate::settings::{DepthFormat, NormalFormat, Normals, Settings};
 use crate::{Error, Inputs, Pipeline, Request};
 use std::sync::Arc;
 
-/// Everything that the images of a G-buffer follow from.
+/// Everything that determines the images of a G-buffer.
 struct Key<'a> {
     mesh: &'a Mesh,
     camera: Camera,
@@ -28,7 +28,7 @@ impl<'a> Key<'a> {
 
 impl PartialEq for Key<'_> {
     fn eq(&self, other: &Self) -> bool {
-        // The keys hold on to their meshes, so that an address stands for one mesh.
+        // The keys borrow their meshes, so an address stands for one mesh only.
         std::ptr::eq(self.mesh, other.mesh)
             && self.camera == other.camera
             && self.size == other.size
@@ -39,19 +39,20 @@ impl PartialEq for Key<'_> {
     }
 }
 
-/// The G-buffers that were rendered so far, one for each [`Key`].
+/// The G-buffers that have been rendered so far, one for each [`Key`].
 pub(super) struct GBuffers<'a> {
     gl: Arc<glow::Context>,
     rendered: Vec<(Key<'a>, Pipeline)>,
 }
 
 impl<'a> GBuffers<'a> {
-    /// An empty cache.
+    /// Makes an empty cache.
     pub(super) fn new(gl: &Arc<glow::Context>) -> GBuffers<'a> {
         GBuffers { gl: gl.clone(), rendered: Vec::new() }
     }
 
-    /// The pipeline that holds the G-buffer of a shot with these settings, rendered when it is first asked for.
+    /// Returns the pipeline that holds the G-buffer of a shot with these settings. The first call for a G-buffer
+    /// renders it.
     pub(super) fn of(&mut self, shot: Shot<'a>, settings: &Settings) -> Result<&Pipeline, Error> {
         // Whether the depth format suffices also depends on the radius, which is not part of the key.
         check_depth_range(settings, shot.camera)?;
@@ -70,7 +71,7 @@ impl<'a> GBuffers<'a> {
         Ok(&self.rendered[index].1)
     }
 
-    /// The textures that ambient occlusion with these settings is computed from.
+    /// Returns the inputs from which ambient occlusion with these settings is computed.
     pub(super) fn inputs(&mut self, shot: Shot<'a>, settings: &Settings) -> Result<Inputs, Error> {
         Ok(self.of(shot, settings)?.inputs(shot.camera))
     }

@@ -1,11 +1,11 @@
-//! Ambient occlusion timed in interleaved rounds, so that whatever slows the machine down for a while slows every
-//! contender down alike.
+//! Times ambient occlusion in interleaved rounds. If something slows the machine down for a while, all contenders are
+//! slowed down alike.
 
 use super::times::{is_ao, is_blur, sum};
 use crate::{AmbientOcclusion, Error, Inputs, Timers};
 
-/// Times passes in `runs` rounds through all of them, after one round that compiles the shaders and is not counted.
-/// Returns the milliseconds of each, run by run. `progress` is called after each rendering.
+/// Times all `passes` in turn, in `runs` rounds. A first round, which compiles the shaders, is not counted. Returns,
+/// for each of `passes`, the milliseconds of every run. `progress` is called after each rendering.
 pub(super) fn interleaved(
     passes: &mut [(AmbientOcclusion, Inputs)],
     timers: &mut Timers,

@@ -1,5 +1,5 @@
-//! What ambient occlusion costs and how accurate it is, measured. This module sees images, numbers and a way to render,
-//! never a shader.
+//! Measures what ambient occlusion costs and how accurate it is. This module works on images and numbers and renders
+//! through the pipeline; it never deals with a shader.
 #![doc = include_str!("claims.md")]
 #![doc = include_str!("drivers.md")]
 

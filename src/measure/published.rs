@@ -1,19 +1,20 @@
-//! What the papers of 2008 measured. These figures stand nowhere else. Sizes are in pixels, times in milliseconds.
+//! The figures that the papers of 2008 published. All other code takes them from here. Sizes are in pixels, times in
+//! milliseconds.
 
 use super::median;
 use crate::settings::Method;
 
 /// The columns of [`TABLE_6_2_1`]: the frame without ambient occlusion and blur, the frame with the blur over A = 1,
-/// and frames with as many directions and steps as the name says.
+/// and frames with the numbers of directions and steps that the name gives.
 pub const COLUMNS: [&str; 5] = ["no AO/no blur", "no AO", "4/4", "8/8", "16/16"];
 /// The column that has as many samples as the talk's figure.
 pub const EIGHT: usize = 3;
 
-/// One card's row of [`TABLE_6_2_1`].
+/// One row of [`TABLE_6_2_1`]: one mode on one graphics card.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRow {
-    /// `half` has ambient occlusion at half resolution and one sample a pixel; `msaa1` and `msaa4` have it at full
-    /// resolution, with 1 and 4 samples a pixel.
+    /// `half` has ambient occlusion at half resolution and one depth sample per pixel; `msaa1` and `msaa4` have it at
+    /// full resolution, with 1 and 4 depth samples per pixel.
     pub mode: &'static str,
     /// The graphics card, a GeForce.
     pub card: &'static str,
@@ -21,9 +22,9 @@ pub struct TableRow {
     pub fps: [f64; 5],
 }
 
-/// The image's size in [`TABLE_6_2_1`].
+/// The width and height of the image in [`TABLE_6_2_1`], in pixels.
 pub const TABLE_SIZE: (u32, u32) = (1600, 1200);
-/// The blur's width in [`TABLE_6_2_1`].
+/// The width of the blur in [`TABLE_6_2_1`], in pixels.
 pub const TABLE_BLUR: u32 = 9;
 
 /// ShaderX7 6.2, Table 6.2.1: whole frames of the Sibenik Cathedral.
@@ -42,30 +43,31 @@ pub const TABLE_6_2_1: [TableRow; 9] = [
 /// The fastest of the table's cards, which the talk's figure was measured on too.
 pub const ULTRA: &str = "8800 Ultra";
 
-/// The SIGGRAPH 2008 talk, Figure 1: megapixels per second of ambient occlusion alone, with 8 directions of 8 steps,
-/// and with 4 rays in each direction where rays are marched; on [`ULTRA`]. The talk does not give the image's size.
+/// The SIGGRAPH 2008 talk, Figure 1: megapixels per second of ambient occlusion alone on [`ULTRA`], with 8 directions
+/// of 8 steps. Ray marching casts 4 rays in each direction. The talk does not give the image's size.
 pub const FIGURE_1: [(Method, f64); 2] = [(Method::HbaoTalk, 67.0), (Method::RayMarch, 15.0)];
 
-/// ShaderX7 6.1, Results: Crysis' ambient occlusion with its blur on a GeForce 8800 GTX.
+/// ShaderX7 6.1, Results: the time of the ambient occlusion of Crysis with its blur on a GeForce 8800 GTX, in
+/// milliseconds.
 pub const CRYSIS_MS: f64 = 3.0;
-/// The image's size for [`CRYSIS_MS`].
+/// The width and height of the image for [`CRYSIS_MS`], in pixels.
 pub const CRYSIS_SIZE: (u32, u32) = (1280, 720);
-/// ShaderX7 6.1, Future improvements: roughly how much faster the shader is with depth at a lower size.
+/// ShaderX7 6.1, Future improvements: the factor by which the shader is roughly faster with a smaller depth image.
 pub const CRYSIS_SMALL_DEPTH: f64 = 2.0;
 
-/// Which cost is read from a cell of the table.
+/// The part of a frame whose cost is read from the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
     /// The whole frame.
     Frame,
-    /// Ambient occlusion without the blur. In the table it is the frame's time less that of the column 'no AO'.
+    /// Ambient occlusion without the blur. From the table it is the time of the frame minus that of the column 'no AO'.
     Ao,
-    /// The blur. In the table it is the time of the column 'no AO' less that of 'no AO/no blur'.
+    /// The blur. From the table it is the time of the column 'no AO' minus that of 'no AO/no blur'.
     Blur,
 }
 
 impl TableRow {
-    /// The cost of one of [`COLUMNS`] in milliseconds.
+    /// Returns the cost in one of [`COLUMNS`], in milliseconds.
     pub fn ms(&self, cost: Cost, column: usize) -> f64 {
         let frame = |column: usize| 1e3 / self.fps[column];
         match cost {
@@ -76,13 +78,13 @@ impl TableRow {
     }
 }
 
-/// The megapixels per second that [`FIGURE_1`] gives for a method.
+/// Returns the megapixels per second that [`FIGURE_1`] gives for a method.
 pub fn figure_1(method: Method) -> Option<f64> {
     FIGURE_1.iter().find(|(known, _)| *known == method).map(|&(_, mpixels_per_s)| mpixels_per_s)
 }
 
-/// The megapixels per second that the table implies for 8 directions of 8 steps at one sample a pixel on [`ULTRA`].
-/// [`FIGURE_1`] gives 67 for them.
+/// Returns the megapixels per second that the table implies for 8 directions of 8 steps at one depth sample per pixel
+/// on [`ULTRA`]. [`FIGURE_1`] gives 67 megapixels per second for the same samples.
 pub fn table_mpixels_per_s() -> f64 {
     let pixels = f64::from(TABLE_SIZE.0) * f64::from(TABLE_SIZE.1);
     let ms =
@@ -96,7 +98,7 @@ mod tests {
 
     #[test]
     fn the_two_papers_disagree_by_a_factor_of_1_8() {
-        // 1/17 - 1/155 of a second, for 1.92 megapixels.
+        // The table implies 1/17 - 1/155 of a second for 1.92 megapixels.
         let implied = table_mpixels_per_s();
         assert!((implied - 36.66).abs() < 0.01, "{implied}");
         assert!((figure_1(Method::HbaoTalk).unwrap() / implied - 1.83).abs() < 0.01);
@@ -110,7 +112,7 @@ mod tests {
             assert!(rows.iter().all(|row| row.fps.windows(2).all(|pair| pair[0] > pair[1])));
         }
         let half = TABLE_6_2_1[2];
-        // 1/59 - 1/155, 1/155 - 1/301 and 1/301 of a second.
+        // The expected times are 1/59 - 1/155, 1/155 - 1/301 and 1/301 of a second.
         for (cost, column, ms) in [(Cost::Ao, EIGHT, 10.498), (Cost::Blur, EIGHT, 3.129), (Cost::Frame, 0, 3.322)] {
             assert!((half.ms(cost, column) - ms).abs() < 1e-3, "{cost:?}");
         }

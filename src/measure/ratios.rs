@@ -1,25 +1,26 @@
-//! What one case of [`super::bench`] costs relative to another, beside the ratio that follows from the papers' figures.
+//! Computes what one case of [`super::bench`] costs relative to another, together with the ratio that follows from the
+//! papers' figures.
 
 use super::bench::Measurement;
 use super::median;
 use super::published::{COLUMNS, CRYSIS_SMALL_DEPTH, Cost, EIGHT, FIGURE_1, TABLE_6_2_1, ULTRA, table_mpixels_per_s};
 use crate::settings::Method;
 
-/// The time of one case over that of another: here, and in the papers.
+/// The time of one case divided by that of another, as measured here and in the papers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ratio {
-    /// What is divided by what.
+    /// The names of the two cases: 'AO at 4x over 1x, 8/8' is the first time divided by the second.
     pub what: &'static str,
     /// The ratio of the measured medians.
     pub ours: f64,
-    /// The papers' ratios, each with its graphics card or its source; empty where no paper gives one.
+    /// The papers' ratios, each with its graphics card or its source; empty if no paper gives one.
     pub papers: Vec<(&'static str, f64)>,
 }
 
-/// A cell of the table: which cost, its mode, and its column in [`COLUMNS`].
+/// A figure from the table: the kind of cost, the mode, and the column in [`COLUMNS`].
 type Cell = (Cost, &'static str, usize);
 
-/// The ratios that follow from Table 6.2.1: each is one cell over another.
+/// The ratios that follow from Table 6.2.1. Each is the first figure divided by the second.
 const OF_THE_TABLE: [(&str, Cell, Cell); 11] = [
     ("AO 4/4 over 8/8, half resolution", (Cost::Ao, "half", 2), (Cost::Ao, "half", EIGHT)),
     ("AO 4/4 over 8/8, 1x", (Cost::Ao, "msaa1", 2), (Cost::Ao, "msaa1", EIGHT)),
@@ -34,11 +35,11 @@ const OF_THE_TABLE: [(&str, Cell, Cell); 11] = [
     ("blur over AO, 8/8, 1x", (Cost::Blur, "msaa1", EIGHT), (Cost::Ao, "msaa1", EIGHT)),
 ];
 
-/// The ratios of the cases that were measured.
+/// Returns the ratios whose two cases were both measured.
 pub fn ratios(measured: &[Measurement]) -> Vec<Ratio> {
     let ours = |cost: Cost, mode: &str, column: &str| {
         let is = |one: &&Measurement| one.case.mode == mode && one.case.column == column;
-        // A driver may have given fewer samples than the case asks for; then there is no such measurement.
+        // If the driver gave fewer samples than the case asks for, the measurement does not count.
         let found = measured.iter().find(is).filter(|one| one.samples == one.case.settings.msaa);
         found.map_or(f64::NAN, |one| {
             median(match cost {

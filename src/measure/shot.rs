@@ -1,4 +1,4 @@
-//! What a measurement renders.
+//! The view that a measurement renders.
 
 use crate::scene::{Camera, Mesh};
 
@@ -7,7 +7,7 @@ use crate::scene::{Camera, Mesh};
 pub struct Shot<'a> {
     /// The triangles.
     pub mesh: &'a Mesh,
-    /// Where they are seen from.
+    /// The camera that sees the triangles.
     pub camera: &'a Camera,
     /// Width and height of the image in pixels.
     pub size: (u32, u32),

@@ -1,8 +1,8 @@
-//! A table as plain data, and its forms as text and as CSV. The report's page makes HTML of the same table.
+//! A table as plain data, which can be written as text and as CSV. The report's page turns the same table into HTML.
 
 use std::fmt::Write as _;
 
-/// On which side of its column a cell stands in text.
+/// The side of its column to which a cell is aligned in text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Align {
     /// At the column's left side, as names do.
@@ -21,22 +21,22 @@ pub struct Column {
     pub gap: usize,
     /// The least width in characters in text; a longer cell takes what it needs.
     pub width: usize,
-    /// On which side the cells stand in text.
+    /// The side to which the cells are aligned in text.
     pub align: Align,
 }
 
 impl Column {
-    /// A column of names.
+    /// Makes a column of names, which are aligned to the left.
     pub fn left(heading: impl Into<String>, width: usize) -> Column {
         Column { heading: heading.into(), gap: 0, width, align: Align::Left }
     }
 
-    /// A column of numbers.
+    /// Makes a column of numbers, which are aligned to the right.
     pub fn right(heading: impl Into<String>, width: usize) -> Column {
         Column { heading: heading.into(), gap: 0, width, align: Align::Right }
     }
 
-    /// The same column with this many spaces before it.
+    /// Returns the same column with this many spaces before it.
     #[must_use]
     pub fn after_gap(self, gap: usize) -> Column {
         Column { gap, ..self }
@@ -52,40 +52,40 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows, from top to bottom. A row may have fewer cells than there are columns.
     pub rows: Vec<Vec<String>>,
-    /// What is to be said below the table, a paragraph each.
+    /// Paragraphs of text that stand below the table.
     pub notes: Vec<String>,
 }
 
 impl Table {
-    /// A table without rows, a caption or notes.
+    /// Makes a table without rows, a caption or notes.
     pub fn new(columns: impl IntoIterator<Item = Column>) -> Table {
         Table { columns: columns.into_iter().collect(), ..Table::default() }
     }
 
-    /// A table of these headings, for a page or a CSV file, where columns have no width.
+    /// Makes a table with these headings for a page or a CSV file, in which columns have no width.
     pub fn headed(headings: impl IntoIterator<Item = impl Into<String>>) -> Table {
         Table::new(headings.into_iter().map(|heading| Column::right(heading, 0)))
     }
 
-    /// The same table with this caption.
+    /// Returns the same table with this caption.
     #[must_use]
     pub fn captioned(self, caption: impl Into<String>) -> Table {
         Table { caption: caption.into(), ..self }
     }
 
-    /// The same table with these rows.
+    /// Returns the same table with these rows.
     #[must_use]
     pub fn filled(self, rows: impl IntoIterator<Item = Vec<String>>) -> Table {
         Table { rows: rows.into_iter().collect(), ..self }
     }
 
-    /// The same table with these notes.
+    /// Returns the same table with these notes.
     #[must_use]
     pub fn noted(self, notes: impl IntoIterator<Item = String>) -> Table {
         Table { notes: notes.into_iter().collect(), ..self }
     }
 
-    /// The same table with another heading in place of `heading`, where a page words it differently.
+    /// Returns the same table with the heading `heading` replaced by `other`. A page may word a heading differently.
     #[must_use]
     pub fn renamed(mut self, heading: &str, other: &str) -> Table {
         self.columns.iter_mut().filter(|column| column.heading == heading).for_each(|column| {
@@ -94,7 +94,7 @@ impl Table {
         self
     }
 
-    /// The same table without the column of this heading.
+    /// Returns the same table without the column that has this heading.
     #[must_use]
     pub fn without(mut self, heading: &str) -> Table {
         if let Some(left_out) = self.columns.iter().position(|column| column.heading == heading) {
@@ -106,14 +106,14 @@ impl Table {
         self
     }
 
-    /// The headings and the rows as lines of text, each column as wide as it says. Caption and notes are left to the
-    /// caller.
+    /// Returns the headings and the rows as lines of text, in columns of at least the declared widths. The caller
+    /// writes the caption and the notes.
     pub fn text(&self) -> String {
         let headings: Vec<&str> = self.columns.iter().map(|column| column.heading.as_str()).collect();
         self.line(&headings) + &self.body()
     }
 
-    /// The rows as lines of text, without the headings.
+    /// Returns the rows as lines of text, without the headings.
     pub fn body(&self) -> String {
         self.rows.iter().map(|row| self.line(&row.iter().map(String::as_str).collect::<Vec<_>>())).collect()
     }
@@ -129,7 +129,8 @@ impl Table {
         line + "\n"
     }
 
-    /// The headings and the rows as comma-separated values. A cell with a comma, a quote or a line break is quoted.
+    /// Returns the headings and the rows as comma-separated values. A cell with a comma, a quote or a line break is
+    /// quoted.
     pub fn csv(&self) -> String {
         let quoted = |cell: &str| match cell {
             cell if cell.contains([',', '"', '\n', '\r']) => format!("\"{}\"", cell.replace('"', "\"\"")),

@@ -1,32 +1,32 @@
-//! Sums and medians of measured times.
+//! Computes sums and medians of measured times.
 
 use crate::PassTime;
 use std::ops::Add as _;
 
-/// The milliseconds of those passes that are `wanted` by their name: by the driver's timer, or on the wall where the
-/// driver has none.
+/// Adds up the milliseconds of the passes whose name is `wanted`. The times are those of the driver's timer, or of the
+/// system's clock if the driver has none.
 pub(super) fn sum(times: &[PassTime], wanted: impl Fn(&str) -> bool) -> f64 {
     // The fold starts from 0, because `sum()` of an empty list is -0.
     times.iter().filter(|time| wanted(time.name)).map(|time| time.gpu_ms.unwrap_or(time.wall_ms)).fold(0.0, f64::add)
 }
 
-/// Whether the pass of this name computes ambient occlusion, or makes the half-size depth that it reads.
+/// Returns whether the pass of this name computes ambient occlusion, or makes the half-size depth that it reads.
 pub(super) fn is_ao(pass: &str) -> bool {
     matches!(pass, "half_depth" | "ao")
 }
 
-/// Whether the pass of this name belongs to the blur.
+/// Returns whether the pass of this name belongs to the blur.
 pub(super) fn is_blur(pass: &str) -> bool {
     pass.starts_with("blur")
 }
 
-/// The milliseconds of the blur's passes together.
+/// Returns the milliseconds of the blur's passes together.
 #[must_use]
 pub fn blur_ms(times: &[PassTime]) -> f64 {
     sum(times, is_blur)
 }
 
-/// The middle of the values, or the mean of the two in the middle. The median of no values is NaN.
+/// Returns the median: the middle value, or the mean of the two middle values. The median of no values is NaN.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

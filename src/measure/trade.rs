@@ -1,4 +1,5 @@
-//! Error against time over a sweep of settings: what accuracy costs, and which settings nobody should use.
+//! Measures the error and the time of many combinations of settings. This shows what accuracy costs, and which
+//! combinations nobody should use.
 #![doc = include_str!("accuracy.md")]
 
 use super::errors::{Comparison, Errors};
@@ -11,23 +12,24 @@ use crate::settings::{AoFormat, BlurKernel, DepthFormat, Knob, Method, NormalFor
 use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
 use std::sync::Arc;
 
-/// One point of the trade.
+/// The time and the errors of one combination of settings.
 #[derive(Clone, Debug)]
 pub struct TradeRow {
-    /// The settings that were measured. All rows of a sweep have the same radius.
+    /// The combination of settings that was measured. All rows of a sweep have the same radius.
     pub settings: Settings,
-    /// Milliseconds of ambient occlusion and its blur together, the median over the runs: by the driver's timer where
-    /// it has one, else on the wall.
+    /// The time of ambient occlusion and its blur together in milliseconds, the median over the runs. It is measured by
+    /// the driver's timer, or by the system's clock if the driver has none.
     pub ms: f64,
-    /// The errors against the truth.
+    /// The errors relative to the truth.
     pub errors: Errors,
-    /// The errors over the edge pixels alone, as [`edges`] finds them; none where there is no edge pixel.
+    /// The errors over the edge pixels alone, which [`edges`] finds; `None` if there is no edge pixel.
     pub edge_errors: Option<Errors>,
-    /// True where no row is better in both time and RMSE.
+    /// True if no other row is better in both time and RMSE.
     pub pareto: bool,
 }
 
-/// A method's own settings, with those of `base` that a sweep keeps.
+/// Returns the default settings of a method, with the radius, the attenuation and the strength of `base`, and one depth
+/// sample per pixel.
 fn of_method(base: &Settings, method: Method) -> Settings {
     Settings {
         radius: base.radius,
@@ -38,16 +40,16 @@ fn of_method(base: &Settings, method: Method) -> Settings {
     }
 }
 
-/// The settings of a sweep whose error is decomposed: the chapter's 4 x 4, 8 x 8 and 16 x 16 samples, at full and at
-/// half resolution.
+/// Returns the combinations of a sweep whose error is decomposed: `hbao` with the 4 x 4, 8 x 8 and 16 x 16 samples of
+/// the chapter, at full and at half resolution.
 pub fn chapter(base: &Settings) -> Vec<Settings> {
     let of = |n: u32, half_res| Settings { directions: n, steps: n, half_res, ..of_method(base, Method::Hbao) };
     [false, true].into_iter().flat_map(|half_res| [4, 8, 16].map(|n| of(n, half_res))).collect()
 }
 
-/// The settings of a sweep: every method, the sample counts of Table 6.2.1 among others, half resolution, blurs and
-/// formats. All have the radius, the strength and the attenuation of `base`, and one depth sample a pixel, because the
-/// truth is that of the pixels' centres.
+/// Returns the combinations of a sweep: every method, the sample counts of Table 6.2.1 and others, half resolution,
+/// blurs and formats. All have the radius, the strength and the attenuation of `base`. All have one depth sample per
+/// pixel, because the truth is traced from the centres of the pixels.
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
@@ -84,15 +86,16 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
     all
 }
 
-/// The depth samples a pixel by which edges are found. A usual multisample G-buffer has 4, and llvmpipe has no more.
+/// The number of depth samples per pixel from which edges are found. Multisample G-buffers usually have 4, and llvmpipe
+/// supports no more.
 const EDGE_SAMPLES: u32 = 4;
 
-/// The pixels that hold more than one surface: those whose 4 depth samples span more than the settings' depth sigma, or
-/// mix surface and background. [`Settings::msaa`] does not matter, so that images of one sample a pixel can be judged
-/// at these pixels too. Where the driver has no multisample textures, no pixel is an edge.
+/// Finds the edge pixels, which hold more than one surface: their 4 depth samples span more than the depth sigma of the
+/// settings, or some lie on a surface and some on background. [`Settings::msaa`] is ignored, so that images with one
+/// sample per pixel can be judged at these pixels too. If the driver has no multisample textures, no pixel is an edge.
 ///
 /// # Errors
-/// What the driver refuses.
+/// [`Error::Gl`] if the driver refuses a shader, an allocation or a call.
 pub fn edges(gl: &Arc<glow::Context>, shot: Shot, settings: &Settings) -> Result<Image<bool>, Error> {
     let request = Request { gbuffer_only: true, edges: true, ..Request::default() };
     let mut pipeline = Pipeline::new(gl, shot.size, &Settings { msaa: EDGE_SAMPLES, ..settings.clone() }, request)?;
@@ -101,13 +104,14 @@ pub fn edges(gl: &Arc<glow::Context>, shot: Shot, settings: &Settings) -> Result
     Ok(pipeline.edges().cloned().unwrap_or_else(none))
 }
 
-/// Measures each of `settings` on a view, in `runs` interleaved rounds after one that compiles the shaders and is not
-/// counted. The images are compared with the truth over its covered pixels, and over the edge pixels among these. The
-/// edge pixels are the same for all rows, by the depth sigma of the first of `settings`. `progress` is called after
-/// each rendering.
+/// Measures each combination in `settings` on a view, in `runs` interleaved rounds. A first round, which compiles the
+/// shaders, is not counted. The images are compared with the truth over all covered pixels, and again over those
+/// covered pixels that are edges. The edge pixels are the same for all rows: the depth sigma of the first combination
+/// decides. `progress` is called after each rendering.
 ///
 /// # Errors
-/// What the driver refuses, or a truth of another size than the shot's.
+/// [`Error::Gl`] if the driver refuses a shader, an allocation or a call. [`Error::Usage`] if the truth and the shot
+/// have different sizes.
 pub fn measure(
     gl: &Arc<glow::Context>,
     shot: Shot,
@@ -141,7 +145,7 @@ pub fn measure(
     Ok(rows)
 }
 
-/// For each point (time, error), whether no other point is better in both.
+/// Returns, for each point (time, error), whether no other point is better in both.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
     let beaten = |&(ms, error): &(f64, f64)| points.iter().any(|&(m, e)| m < ms && e < error);
     points.iter().map(|point| !beaten(point)).collect()
@@ -154,7 +158,8 @@ mod tests {
     #[test]
     fn the_front_is_what_nobody_beats_in_both() {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (5.0, 1.0), (0.5, 9.0)];
-        // Of two points with the same error, the slower one is not beaten in both.
+        // A point is beaten only if another is better in both. Of two points with the same error, the slower one is
+        // therefore on the front.
         assert_eq!(pareto(&points), [true, true, false, true, true, true]);
     }
 

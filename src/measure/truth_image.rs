@@ -1,4 +1,4 @@
-//! Ray-traced truth as images, which renderings are compared with.
+//! The ray-traced truth as images. Renderings are compared with them.
 
 use crate::image::Image;
 use crate::reference::truth::Traced;
@@ -8,12 +8,12 @@ use crate::reference::truth::Traced;
 pub struct TruthImage {
     /// Visibility; 1 on background.
     pub visibility: Image<f32>,
-    /// True where the pixel's ray meets a surface.
+    /// True at pixels whose ray meets a surface.
     pub covered: Image<bool>,
 }
 
 impl TruthImage {
-    /// The images of a truth that was traced at every pixel, in the order of the pixels.
+    /// Makes the images from a truth that was traced at every pixel, in the order of the pixels.
     pub fn new(traced: &Traced, (width, height): (u32, u32)) -> TruthImage {
         let (width, height) = (width as usize, height as usize);
         TruthImage {

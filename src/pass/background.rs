@@ -1,4 +1,5 @@
-//! Writes the stencil: 1 where a pixel holds a surface. The later passes test it and so skip the background.
+//! Writes the stencil: it is 1 at pixels that hold a surface. The later passes test the stencil and so skip the
+//! background.
 
 use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
 use crate::Error;

@@ -11,7 +11,7 @@ use crate::settings::DepthSigma;
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
-/// Which taps a pass takes, and their weights.
+/// The taps that a pass takes, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Kernel {
     /// A row of the Gaussian kernel. The width is in pixels, and odd.
@@ -25,7 +25,7 @@ pub(crate) enum Kernel {
     Crysis,
 }
 
-/// What a pass is compiled for.
+/// The variant of the pass that is compiled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlurVariant {
     pub(crate) kernel: Kernel,

@@ -5,7 +5,7 @@ use crate::Error;
 use crate::gl::{Defines, Program, Texture, source};
 use std::sync::Arc;
 
-/// Which part of the colour is multiplied by ambient occlusion.
+/// The part of the colour that is multiplied by ambient occlusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Apply {
     /// The whole colour, including direct light, as in the results of ShaderX7 6.2.

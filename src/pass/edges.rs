@@ -18,7 +18,8 @@ impl Edges {
     }
 
     /// Draws at every pixel of the bound target that is an edge. The depth `background` and all greater ones are
-    /// background. An edge's samples differ by more than `sigma`, or mix a surface with background.
+    /// background. A pixel is an edge if its samples differ by more than `sigma`, or if some lie on a surface and some
+    /// on background.
     pub(crate) fn draw(&self, full_screen: &FullScreen, depth: DepthSamples, background: f32, sigma: DepthSigma) {
         let program = self.program.bind();
         full_screen.bind_samples(0, depth.texture);

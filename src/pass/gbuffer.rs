@@ -16,10 +16,10 @@ pub(crate) const LIGHT: [f32; 3] = [-0.398_014_9, 0.597_022_3, -0.696_526_1];
 /// The factor of the ambient light, and the factor of the directional light.
 pub(crate) const SHADING: [f64; 2] = [0.4, 0.6];
 
-/// The place that is given for errors while triangles are uploaded.
+/// The name of the place that is given in errors while triangles are uploaded.
 const TRIANGLES: &str = "gbuffer: triangles";
 
-/// What the shader is compiled for.
+/// The variant of the shader that is compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct GBufferVariant {
     pub(crate) normals: Normals,
@@ -158,13 +158,13 @@ fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
     vectors.flatten().flat_map(|f| f.to_ne_bytes()).collect()
 }
 
-/// The depth at which a slice ends is at most this multiple of the depth at which it begins, apart from [`OVERLAP`].
+/// The depth at which a slice ends is at most this multiple of the depth at which it begins, not counting [`OVERLAP`].
 const SLICE: f64 = 100.0;
 
-/// How far a slice reaches into the slice behind it, over which it is drawn: to this multiple of its own end. Clipping
-/// at the end of a slice makes new corners, and the rasteriser moves these to a grid of 1/256 pixel. If a surface that
-/// is seen edge-on passes through the whole overlap within one cell of the grid, a pixel centre on it may be covered by
-/// neither slice. With an overlap of 1.01 the walls of an orthographic room had such holes.
+/// A slice reaches into the slice behind it, to this multiple of its own end depth, and is drawn over that slice.
+/// Clipping at the end of a slice makes new corners, and the rasteriser moves these to a grid of 1/256 pixel. If a
+/// surface that is seen edge-on passes through the whole overlap within one cell of the grid, a pixel centre on it may
+/// be covered by neither slice. With an overlap of 1.01 the walls of an orthographic room had such holes.
 const OVERLAP: f64 = 1.5;
 
 /// Divides the view into slices of depth, as [near, far] of each, the farthest first. Each slice is drawn over those
@@ -172,8 +172,9 @@ const OVERLAP: f64 = 1.5;
 ///
 /// The depth test resolves 2^-24 of 1/near - 1/far, or of far - near in an orthographic view. With a single slice and a
 /// near/far ratio of 1e-6, the resolution would be 6 % of the depth at the far end, or at the near end in an
-/// orthographic view. In a slice it is 9e-6. A depth that is written by the fragment shader could resolve as much, but
-/// it would be the same for all samples of a pixel, and be evaluated at a point that may lie outside the triangle.
+/// orthographic view. Within a slice it is 9e-6 of the depth. A depth that is written by the fragment shader could
+/// resolve as much, but it would be the same for all samples of a pixel, and be evaluated at a point that may lie
+/// outside the triangle.
 fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     let (near, far) = (camera.near, camera.far);
     let count = (far / near).log(SLICE).ceil().max(1.0);
@@ -181,16 +182,16 @@ fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     (0..count as u32).rev().map(|i| [end(i.into()), (OVERLAP * end(f64::from(i) + 1.0)).min(far)]).collect()
 }
 
-/// The middle of the near plane in eye space. The shader's positions are relative to it, because normals are computed
-/// as derivatives of positions. A large distance that the whole scene has in common would take the precision of these
-/// derivatives away.
+/// Returns the middle of the near plane in eye space. The shader's positions are relative to it, because normals are
+/// computed as derivatives of positions. These derivatives would lose precision if all positions contained the same
+/// large distance.
 fn origin(camera: &Camera) -> DVec3 {
-    // The near depth is rounded to float32, as it is where the shader adds it.
+    // The near depth is rounded to float32, because the shader adds it in float32.
     f64::from(camera.near as f32) * DVec3::Z
 }
 
-/// The matrix from left-handed eye space, relative to [`origin`], to clip space, column by column. Depths from near to
-/// far become z from -w to w.
+/// Returns the matrix from left-handed eye space, relative to [`origin`], to clip space, column by column. Depths from
+/// near to far become z from -w to w.
 fn matrix(camera: &Camera, near: f64, far: f64) -> [f32; 16] {
     // The planes are moved apart slightly, because rounding in float32 might clip surfaces that lie exactly in them.
     // The shader clamps depths to the view's own planes.

@@ -20,7 +20,8 @@ macro_rules! shaders {
         define: [$($define:literal)?],
         $($other:tt)*
     })+) => {
-        /// The files of a method's fragment shader, and the words that are defined when it is compiled for this method.
+        /// Returns the files of a method's fragment shader, and the words that are defined when it is compiled for this
+        /// method.
         fn shader(method: Method) -> (&'static [Source], &'static [&'static str]) {
             match method {
                 $(Method::$variant => (&[$(source!($file)),*], &[$($define)?])),+
@@ -47,16 +48,16 @@ pub(crate) struct MethodVariant {
     pub(crate) depth: TextureTarget,
     pub(crate) normals: TextureTarget,
     pub(crate) encoding: NormalEncoding,
-    /// Whether the shader is the fetch floor, which makes every fetch, but adds up the fetched values and computes
-    /// nothing else from them.
+    /// Whether the shader is the fetch floor: the method's shader with all its fetches, in which a sum of the fetched
+    /// values replaces the arithmetic.
     pub(crate) floor: bool,
 }
 
-/// The largest R that is passed to a shader. It replaces any larger R. It reaches past every scene, because coordinates
-/// are at most 1e15, and float32 can hold its square.
+/// The largest R that is passed to a shader. A larger R is replaced by this one. It reaches past every scene, because
+/// coordinates are at most 1e15, and float32 can hold its square.
 const FARTHEST_RADIUS: f64 = 1e16;
 
-/// The pass.
+/// The pass of a method.
 pub(crate) struct MethodPass {
     program: Program,
     tile: Option<Texture>,
@@ -65,7 +66,7 @@ pub(crate) struct MethodPass {
 /// The view that A is computed in.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MethodView {
-    /// The texels of the target.
+    /// The grid of the target's texels.
     pub(crate) grid: Grid,
     pub(crate) projection: Projection,
     /// The depth at which rays are clipped, in scene units.
@@ -127,7 +128,7 @@ impl MethodPass {
     }
 }
 
-/// The defines for a method's shader: the properties of the inputs, and those settings that the method reads.
+/// Makes the defines for a method's shader: the properties of the inputs, and those settings that the method reads.
 fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     let reads = |knob: &str| settings.method.reads(knob);
     let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2]);
@@ -181,12 +182,12 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     defines
 }
 
-/// Whether the method's samples read the half-size depth image in place of the depth image itself.
+/// Returns whether the method's samples read the half-size depth image instead of the depth image itself.
 pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
     settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half
 }
 
-/// The body of a macro that expands to `step(1) step(2) ...`. Mesa unrolls a loop over 8 of our steps but not one over
+/// Returns the body of a macro that expands to `step(1) step(2) ...`. Mesa unrolls a loop over 8 steps but not one over
 /// 12, and each step of a loop that is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need
 /// no unrolling.
 fn each_step(directions: u32, steps: u32) -> String {

@@ -86,24 +86,24 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// The width and height of the grid in texels.
+    /// Returns the width and height of the grid in texels.
     pub(crate) fn size(self) -> (u32, u32) {
         (self.full.0.div_ceil(self.scale[0]), self.full.1.div_ceil(self.scale[1]))
     }
 
-    /// The size of the full image in texels of the grid. It need not be whole.
+    /// Returns the size of the full image in texels of the grid. It need not be whole.
     fn extent(self) -> [f64; 2] {
         [f64::from(self.full.0) / f64::from(self.scale[0]), f64::from(self.full.1) / f64::from(self.scale[1])]
     }
 
-    /// The point where the view's axis meets the image, in texels: the middle of the full image, at full / 2 pixels.
-    /// The centre of texel i, at i + 0.5 texels, is the centre of a pixel, at scale i + 0.5 pixels.
+    /// Returns the point where the view's axis meets the image, in texels: the middle of the full image, at full / 2
+    /// pixels. The centre of texel i, at i + 0.5 texels, is the centre of a pixel, at scale i + 0.5 pixels.
     fn axis(self) -> [f64; 2] {
         let along = |full: u32, scale: u32| (f64::from(full) / 2.0 + f64::from(scale - 1) / 2.0) / f64::from(scale);
         [along(self.full.0, self.scale[0]), along(self.full.1, self.scale[1])]
     }
 
-    /// How much one texel adds to x' and y' (`pixel` in `glsl/shared/ray.glsl`).
+    /// Returns how much one texel adds to x' and y' (`pixel` in `glsl/shared/ray.glsl`).
     fn texel_extent(self, projection: Projection) -> [f64; 2] {
         let [half_x, half_y] = projection.half_extents();
         let [x, y] = self.scale.map(f64::from);
@@ -143,8 +143,8 @@ impl DepthInput {
     }
 }
 
-/// The defines for `glsl/shared/fetch.glsl`, for a depth texture of this kind and a target whose texels stand for
-/// `scale` pixels in x and y.
+/// Returns the defines for `glsl/shared/fetch.glsl`, for a depth texture of this kind and a target whose texels stand
+/// for `scale` pixels in x and y.
 fn depth_defines(depth: TextureTarget, scale: [u32; 2]) -> Defines {
     let defines = match depth {
         TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
@@ -153,7 +153,7 @@ fn depth_defines(depth: TextureTarget, scale: [u32; 2]) -> Defines {
     if scale == [1, 1] { defines } else { defines.value("SCALE", pixels(scale)) }
 }
 
-/// A scale as a GLSL expression.
+/// Returns a scale as a GLSL expression.
 fn pixels([x, y]: [u32; 2]) -> String {
     format!("vec2({x}.0, {y}.0)")
 }

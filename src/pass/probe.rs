@@ -11,9 +11,9 @@ use std::sync::Arc;
 /// The colour that is drawn to RGBA8.
 const COLOUR: [f32; 4] = [1.0, 0.0, 1.0, 0.0];
 
-/// True if the driver renders to the three formats of the G-buffer together: RGBA8 for colours, `depth`, and the given
-/// format for normals. Colours in [0, 1], the depth of background, and the given normal must read back as they were
-/// drawn.
+/// Returns true if the driver renders to the three formats of the G-buffer together: RGBA8 for colours, `depth`, and
+/// the given format for normals. Colours in [0, 1], the depth of background, and the given normal must read back as
+/// they were drawn.
 pub(crate) fn renders(
     gl: &Arc<glow::Context>,
     depth: Format,
@@ -23,9 +23,9 @@ pub(crate) fn renders(
     hold_together(gl, [(Format::Rgba8, COLOUR), (depth, extreme(depth)), (normals, [x, y, z, 0.0])])
 }
 
-/// True if the driver renders to the format, in a framebuffer together with the G-buffer's RGBA8 and R32F. A value must
-/// read back as it was drawn: for a format of depths the depth of background, and for a format with negative numbers a
-/// negative one.
+/// Returns true if the driver renders to the format, in a framebuffer together with the G-buffer's RGBA8 and R32F. A
+/// value must read back as it was drawn: for a format of depths the depth of background, and for a format with negative
+/// numbers a negative one.
 ///
 /// The context must be current and in OpenGL's initial state, except that pixels may be packed in any way. Bindings are
 /// changed and not restored.
@@ -36,7 +36,7 @@ pub fn format_renders(gl: &Arc<glow::Context>, format: Format) -> Result<bool, E
     hold_together(gl, [Format::Rgba8, Format::R32f, format].map(|format| (format, extreme(format))))
 }
 
-/// The value that a format must be able to hold: the most demanding one that the passes write to it.
+/// Returns the value that a format must be able to hold: the most demanding one that the passes write to it.
 fn extreme(format: Format) -> [f32; 4] {
     match format {
         Format::R8 => [0.2; 4],

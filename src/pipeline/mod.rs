@@ -17,7 +17,7 @@ use glow::HasContext;
 use std::sync::Arc;
 use targets::Targets;
 
-/// Which images a pipeline makes and keeps besides ambient occlusion itself.
+/// The images that a pipeline makes and keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Request {
     /// Make depth, normals and colour only, and skip ambient occlusion and everything that needs it. Edges are still
@@ -29,7 +29,8 @@ pub struct Request {
     pub raw: bool,
     /// Keep which pixels are edges, that is, hold more than one surface.
     pub edges: bool,
-    /// Skip the method's own pass. The blur then runs on A = 1, as in the 'No AO' rows of Table 6.2.1.
+    /// Skip the method's own pass. The blur then runs on visibility 1 everywhere, as in the 'No AO' rows of Table
+    /// 6.2.1.
     pub without_ao: bool,
     /// Measure the time of each pass.
     pub timings: bool,
@@ -85,8 +86,8 @@ impl Pipeline {
     }
 
     /// Makes another pipeline that draws into the G-buffer of this one. Its settings must have the same formats of
-    /// depth and normals, and the same number of samples. Measurements run many pipelines in turns, and a G-buffer for
-    /// each would not fit into memory.
+    /// depth and normals, and the same number of samples. Measurements run many pipelines in turns, and memory could
+    /// not hold a G-buffer for each of them.
     pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
         settings.validate()?;
         Pipeline::with(&self.gl, self.size, settings, request, self.targets.clone(), self.notices.clone())
@@ -191,8 +192,8 @@ impl Pipeline {
         Ok(self.timers.take())
     }
 
-    /// The inputs that ambient occlusion is computed from, for this camera. The textures are those of the G-buffer, and
-    /// belong to the pipeline.
+    /// Returns the inputs from which ambient occlusion is computed, for this camera. The textures are those of the
+    /// G-buffer, and belong to the pipeline.
     #[must_use]
     pub fn inputs(&self, camera: &Camera) -> Inputs {
         Inputs {
@@ -206,7 +207,7 @@ impl Pipeline {
         }
     }
 
-    /// The number of depth samples per pixel: what the driver gave for [`Settings::msaa`].
+    /// Returns the number of depth samples per pixel that the driver gave for [`Settings::msaa`].
     #[must_use]
     pub fn samples(&self) -> u32 {
         self.targets.samples()
@@ -280,14 +281,14 @@ impl Pipeline {
         }
     }
 
-    /// Ambient occlusion before the blur, if [`Request::raw`] asked for it.
+    /// Returns ambient occlusion before the blur, if [`Request::raw`] asked for it.
     #[must_use]
     pub fn ao_raw(&self) -> Option<&Image<f32>> {
         self.kept.raw.as_ref()
     }
 
-    /// Which pixels hold more than one surface, if [`Request::edges`] asked for it. Without multisample antialiasing
-    /// none does.
+    /// Returns which pixels hold more than one surface, if [`Request::edges`] asked for it. Without multisample
+    /// antialiasing no pixel does.
     #[must_use]
     pub fn edges(&self) -> Option<&Image<bool>> {
         self.kept.edges.as_ref()

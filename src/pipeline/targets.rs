@@ -59,17 +59,17 @@ impl Targets {
         Ok(Targets { colour, depth, normals, encoding, target, _depth_buffer: depth_buffer, multisample })
     }
 
-    /// The framebuffer that triangles are drawn into.
+    /// Returns the framebuffer that triangles are drawn into.
     pub(super) fn drawn(&self) -> &Target {
         self.multisample.as_ref().map_or(&self.target, |multisample| &multisample.target)
     }
 
-    /// The number of samples per pixel.
+    /// Returns the number of samples per pixel.
     pub(super) fn samples(&self) -> u32 {
         self.multisample.as_ref().map_or(1, |multisample| multisample.samples)
     }
 
-    /// The depth of each sample, if pixels have several.
+    /// Returns the depth of each sample, if pixels have several.
     pub(super) fn depth_samples(&self) -> Option<DepthSamples> {
         let multisample = self.multisample.as_ref()?;
         Some(DepthSamples { texture: multisample.images[1].id, samples: multisample.samples })

@@ -23,13 +23,13 @@ impl<'a> Anatomy<'a> {
         Ok(Anatomy { scene: MethodScene::new(inputs, settings)? })
     }
 
-    /// The surface point P that the pixel shows, in eye space.
+    /// Returns the surface point P that the pixel shows, in eye space.
     #[must_use]
     pub fn position(&self, pixel: (usize, usize)) -> Option<DVec3> {
         Some(self.pixel(pixel)?.P)
     }
 
-    /// The texels that the samples in direction k read, as offsets from the pixel's own texel. Samples that are
+    /// Returns the texels that the samples in direction k read, as offsets from the pixel's own texel. Samples that are
     /// ignored, on background or on the pixel's own texel, are left out. A sample beyond the border reads a texel at
     /// the border.
     #[must_use]
@@ -40,14 +40,14 @@ impl<'a> Anatomy<'a> {
         Some(samples.map(|sample| sample.taken).collect())
     }
 
-    /// The tangent T of Eq. 6.2.11 in eye space, for an offset in texels. Its length has no meaning.
+    /// Returns the tangent T of Eq. 6.2.11 in eye space, for an offset in texels. Its length has no meaning.
     #[must_use]
     pub fn tangent(&self, pixel: (usize, usize), offset: DVec2) -> Option<DVec3> {
         Some(self.scene.tangent(&self.pixel(pixel)?, offset))
     }
 
-    /// The same tangent as Figure 6.2.12 constructs it: from P to the point where the ray through the offset's texel
-    /// meets the tangent plane. It is `None` also if the ray does not meet the plane in front of the eye.
+    /// Returns the same tangent as Figure 6.2.12 constructs it: from P to the point where the ray through the offset's
+    /// texel meets the tangent plane. It is `None` also if the ray does not meet the plane in front of the eye.
     #[allow(non_snake_case)]
     #[must_use]
     pub fn tangent_by_ray(&self, pixel: (usize, usize), offset: DVec2) -> Option<DVec3> {
@@ -60,10 +60,10 @@ impl<'a> Anatomy<'a> {
         (z > 0.0 && z.is_finite()).then(|| origin + z * ray - pixel.P)
     }
 
-    /// The points that `ssao` samples around the surface point of the pixel. Each is given in eye space, with `true` if
-    /// it counts as open, which means that it lies in front of the surface seen at its texel. Points are left out if
-    /// their texel is background, or if the range check fades their surface by more than a hundredth. The offsets are
-    /// those of `ssao-normals` off, and the depths those of `ssao-depth` full.
+    /// Returns the points that `ssao` samples around the surface point of the pixel. Each is given in eye space, with
+    /// `true` if it lies in free space, in front of the surface seen at its texel. Points are left out if their texel
+    /// is background, or if the range check fades their surface by more than a hundredth. The offsets are those of
+    /// `ssao-normals` off, and the depths those of `ssao-depth` full.
     #[must_use]
     pub fn points(&self, pixel: (usize, usize)) -> Option<Vec<(DVec3, bool)>> {
         let (scene, pixel) = (&self.scene, self.pixel(pixel)?);

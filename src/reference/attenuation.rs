@@ -2,8 +2,8 @@
 
 use crate::settings::Attenuation;
 
-/// W(r) = 1 - r^2/R^2, 1 - r/R or 1: how much a sample at the distance r from P occludes. `r` and `radius` are in the
-/// same unit.
+/// Returns W(r) = 1 - r^2/R^2, 1 - r/R or 1, which is how much a sample at the distance r from P occludes. `r` and
+/// `radius` are in the same unit.
 pub(super) fn weight(attenuation: Attenuation, r: f64, radius: f64) -> f64 {
     match attenuation {
         Attenuation::Quadratic => 1.0 - (r / radius).powi(2),

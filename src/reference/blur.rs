@@ -1,7 +1,7 @@
 //! The float64 twin of `glsl/blur.frag`: two blurs of ambient occlusion that respect depth. One is the cross-bilateral
 //! blur of ShaderX7 6.2, in X and Y or over the whole square, whose weights are Gaussian in the image and in depth. The
-//! other is the 4x4 blur of 6.1, whose taps all have the same weight. Both can upsample from half resolution, and on
-//! edge pixels supersample.
+//! other is the 4x4 blur of 6.1, whose taps all have the same weight. Both can upsample from half resolution, and both
+//! can supersample on edge pixels.
 #![allow(non_snake_case)]
 
 use super::edges;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// Blurs `ao` as the settings say, with weights from `depth`, and upsamples it to the size of `depth`. Depth is linear,
 /// and +infinity on background, where the result is 1. `samples` holds one image for each depth sample of the pixels.
-/// If it is empty, no pixel is an edge. Where the settings ask for no blur, `ao` is returned as it is.
+/// If it is empty, no pixel is an edge. If the settings ask for no blur, `ao` is returned unchanged.
 ///
 /// # Errors
 /// [`Error::Usage`] if the depth sigma follows from a radius in percent.
@@ -26,9 +26,9 @@ pub fn blur(
     shifted(ao, &depth.map(Into::into), samples, settings, EXACT)
 }
 
-/// Finds the pixels at which the blur can move by more than 1e-3 when its comparisons are shifted by 1e-5 relative.
-/// There two taps are equally near in depth as far as float32 can tell, or the sum of weights is about 1e-6, or a
-/// difference in depth is about sigma.
+/// Finds the pixels at which the blur can move by more than 1e-3 when its comparisons are shifted by 1e-5 relative. At
+/// such a pixel two taps are equally near in depth as far as float32 can tell, or the sum of weights is about 1e-6, or
+/// a difference in depth is about sigma.
 ///
 /// # Errors
 /// The same as for [`blur`].
@@ -48,7 +48,7 @@ pub fn ambiguous(
     Ok(Image::from_fn(exact.width, exact.height, moves))
 }
 
-/// [`blur`] with shifted comparisons.
+/// Computes [`blur`] with shifted comparisons.
 fn shifted(
     ao: &Image<f64>,
     depth: &Image<f64>,
@@ -90,7 +90,7 @@ fn shifted(
     Ok(blurred)
 }
 
-/// Which taps a pass takes, and their weights in the image.
+/// The taps that a pass takes, and their weights in the image.
 #[derive(Clone, Copy)]
 enum Taps {
     /// A Gaussian kernel of this radius in pixels. The taps lie within `reach` pixels in x and y.
@@ -160,7 +160,8 @@ impl Pass<'_> {
         if weights < 1e-6 * (1.0 + shift) { nearest } else { sum / weights }
     }
 
-    /// The positions of the taps around a pixel, in texels of `ao` and row by row, and their weights in the image.
+    /// Returns the positions of the taps around a pixel, in texels of `ao` and row by row, and their weights in the
+    /// image.
     fn taps_about(&self, x: i64, y: i64) -> Vec<(i64, i64, f64)> {
         let mut taps = Vec::new();
         match self.taps {

@@ -1,17 +1,19 @@
-//! What a method converges to on a depth image: its result when more samples would change nothing. It separates the
-//! error of too few samples from the error of the method itself.
+//! Computes the result to which a method converges on a depth image, when more samples would change nothing. It
+//! separates the error of too few samples from the error of the method itself.
 //!
 //! The converged method takes 64 directions and, in each, a sample at every texel from the first to R. It has no jitter
 //! and no early exit, and runs at full resolution.
 //!
 //! Each sample is rounded to a texel centre by itself. If the step of one texel were rounded once, the samples would
 //! lie in 8 directions only, however many directions there are. But a sample near P that is rounded by itself may lie
-//! up to 22 degrees beside its direction, and there the surface has another tangent. With infinitely small texels the
-//! sample would lie in its direction. Therefore each sample is measured from the tangent towards itself, where the
-//! passes compare it with the direction's tangent. Otherwise the texels of a tilted plane would raise the horizon and
-//! hide what is low and near, however fine the image is: in a valley of 90 degrees A would be too open by 0.013.
+//! up to 22 degrees beside its direction, and the tangent in that direction is another. With infinitely small texels
+//! the sample would lie in its direction. Therefore each sample is measured from the tangent towards itself, also in
+//! those places where the passes compare it with the direction's tangent. Otherwise the texels of a tilted plane would
+//! raise the horizon and hide what is low and near, however fine the image is: in a valley of 90 degrees A would be too
+//! large by 0.013.
 //!
-//! In this limit Eq. 6.2.8 and 6.2.9 (`grounding`) are the same, and a plane is open in the talk's method, too.
+//! In this limit Eq. 6.2.8 and 6.2.9 (`grounding`) are the same, and nothing occludes a plane in the talk's method,
+//! too.
 
 use super::inputs::TwinInputs;
 use super::sampling::{EXACT, MethodScene, Pixel};
@@ -25,7 +27,7 @@ use std::f64::consts::TAU;
 /// N_d of the converged method: the most directions that the settings allow.
 const DIRECTIONS: u32 = 64;
 
-/// The largest number of steps. With more steps a pixel would take seconds, and an image days.
+/// The largest number of steps. With more steps, one pixel would take seconds and an image would take days.
 const MOST_STEPS: u32 = 1 << 20;
 
 /// Computes converged visibility A, by the method of the settings, at the pixels of these indices (y * width + x, y
@@ -71,13 +73,13 @@ pub fn converged(inputs: &TwinInputs, settings: &Settings, pixels: &[usize]) -> 
     Ok(pixels.par_iter().map(visibility).collect())
 }
 
-/// Whether [`converged`] can compute the method.
+/// Returns whether [`converged`] can compute the method.
 #[must_use]
 pub fn converges(method: Method) -> bool {
     Terms::of(&Settings { method, ..Settings::default() }).is_none_or(|terms| terms.converged.is_some())
 }
 
-/// The pixel without jitter, with a step of one texel and as many steps as R has texels.
+/// Returns the pixel without jitter, with a step of one texel and as many steps as R has texels.
 fn at_every_texel(scene: &MethodScene, pixel: Pixel, ignores_repeats: bool) -> Pixel {
     let radius = scene.radius_in_texels(pixel.P.z);
     let texels = radius.max_element();

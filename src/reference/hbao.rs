@@ -13,7 +13,7 @@ pub(super) const TWIN: Twin = Twin {
     converged: Some(Converged { occlusion: converged, ignores_repeats: true }),
 };
 
-/// The sum of Eq. 6.2.9 in direction k.
+/// Returns the sum of Eq. 6.2.9 in direction k.
 fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     // The horizon starts at the direction's tangent, t(theta).
@@ -40,7 +40,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     occlusion
 }
 
-/// Eq. 6.2.9 in direction k, with a sample at every texel.
+/// Returns the sum of Eq. 6.2.9 in direction k with a sample at every texel.
 fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let mut previous = 0.0;
     let increments = horizons(scene, pixel, k, shift).map(|(rise, r)| {

@@ -1,5 +1,5 @@
 //! The float64 twin of `glsl/hbao_talk.frag`: horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3.
-//! Each direction has one horizon, and one attenuation, that of the sample which makes the horizon.
+//! Each direction has one horizon and one attenuation, which is that of the sample at the horizon.
 
 use super::horizons::horizons;
 use super::sampling::{MethodScene, Pixel, Shift};
@@ -13,12 +13,12 @@ pub(super) const TWIN: Twin = Twin {
     converged: Some(Converged { occlusion: converged, ignores_repeats: true }),
 };
 
-/// (sin h - sin t(theta)) W of Eq. 3 in direction k.
+/// Returns (sin h - sin t(theta)) W of Eq. 3 in direction k.
 fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let tangent = scene.sine_of_tangent(pixel, direction.stride);
     // The horizon h(theta) is the highest of the tangent and the samples within R. r is the distance of the sample that
-    // makes it, and 0 while the tangent does.
+    // determines the horizon, or 0 as long as the tangent determines it.
     let (mut horizon, mut r) = (tangent, 0.0);
     for i in 1..=pixel.steps {
         let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
@@ -30,8 +30,8 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     (horizon - tangent) * scene.attenuation(r)
 }
 
-/// Eq. 3 in direction k, with a sample at every texel. The whole rise has the attenuation of the sample that makes the
-/// horizon.
+/// Returns the same in direction k with a sample at every texel. The whole rise has the attenuation of the sample at
+/// the horizon.
 fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     horizons(scene, pixel, k, shift).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
 }

@@ -2,8 +2,8 @@
 
 use super::sampling::{MethodScene, Pixel, Shift};
 
-/// The samples within R in direction k that rise higher than all samples before them. Each is given by its rise, which
-/// is its sine less that of the tangent towards it, and by its distance from P.
+/// Returns the samples within R in direction k that rise higher than all samples before them. Each is given by its
+/// rise, which is the sine of its elevation minus that of the tangent towards it, and by its distance from P.
 pub(super) fn horizons(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> impl Iterator<Item = (f64, f64)> {
     let direction = scene.direction(pixel, k, shift);
     let mut highest = 0.0;

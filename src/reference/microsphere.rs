@@ -16,7 +16,7 @@ pub(super) const TWIN: Twin = Twin {
     converged: Some(Converged { occlusion, ignores_repeats: false }),
 };
 
-/// The sum of m Omega max(0, n.D/|D|) over the samples within R in direction k.
+/// Returns the sum of m Omega max(0, n.D/|D|) over the samples within R in direction k.
 fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let n = pixel.n.normalize_or_zero();
@@ -34,8 +34,8 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
                 // of the sine of the angle that the radius covers.
                 let depth = if scene.projection.is_perspective() { sample.z } else { 1.0 };
                 let rho = depth * scene.pixel_extent().y / 2.0;
-                // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), which does not cancel where x is small. The form on the left
-                // has no correct digit left in float64 where x is below 1e-16.
+                // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)). The form on the right does not cancel if x is small. The
+                // form on the left has no correct digit in float64 if x is below 1e-16.
                 let x = (rho / distance).min(1.0).powi(2);
                 let omega = TAU * x / (1.0 + (1.0 - x).sqrt());
                 let m = TAU * (pixel.jitter[2] + f64::from(i)) * pixel.step_px.x * pixel.step_px.y / directions;

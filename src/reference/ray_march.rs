@@ -14,12 +14,12 @@ pub(super) const TWIN: Twin = Twin {
     converged: None,
 };
 
-/// The sum of W over those rays at azimuth j that a texel stops.
+/// Returns the sum of W over those rays at azimuth j that a texel stops.
 #[allow(non_snake_case)]
 fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
     let n = pixel.n.normalize_or_zero();
     // A frame about the normal: b1 and b2 span the tangent plane. b1 is perpendicular to the x axis, or to the y axis
-    // where n is close to the x axis.
+    // if n is close to the x axis.
     let b1 = n.cross(if n.x.abs() < 0.8 { DVec3::X } else { DVec3::Y }).normalize_or_zero();
     let b2 = n.cross(b1);
     let a = scene.turned(pixel, j);

@@ -1,6 +1,6 @@
 //! The surface point of a pixel, and the samples around it that the horizon methods take, in float64. The twins of the
-//! methods share these. They are the twins of `surface.glsl`, `sampling.glsl`, `tangent.glsl`, `ray.glsl` and
-//! `fetch.glsl` in `glsl/shared/`.
+//! methods share these functions, which are themselves the twins of `surface.glsl`, `sampling.glsl`, `tangent.glsl`,
+//! `ray.glsl` and `fetch.glsl` in `glsl/shared/`.
 //!
 //! Names follow the chapter, which uses the capitals R, P, D, T and W.
 #![allow(non_snake_case)]
@@ -14,8 +14,8 @@ use crate::settings::{Clamp, Settings, Snap};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// By how much decisions are shifted, as a relative amount. Shifted runs find the pixels where float32 may decide
-/// otherwise than float64.
+/// Relative amounts by which values are shifted before they are rounded or compared. Shifted runs find the ambiguous
+/// pixels, at which float32 may round or compare otherwise than float64.
 #[derive(Clone, Copy)]
 pub(super) struct Shift {
     /// The shift of offsets before they are rounded to whole texels.
@@ -121,13 +121,13 @@ impl<'a> MethodScene<'a> {
         })
     }
 
-    /// The surface point at texel (x, y) of the result; `None` on background.
+    /// Returns the surface point at texel (x, y) of the result; `None` on background.
     pub(super) fn pixel(&self, x: usize, y: usize) -> Option<Pixel> {
         self.pixel_shifted(x, y, EXACT)
     }
 
-    /// [`MethodScene::pixel`] with shifted comparisons: the normal of a surface that is seen edge-on within the shift is
-    /// turned the other way.
+    /// Returns [`MethodScene::pixel`] with shifted comparisons: the normal of a surface that is seen edge-on within the
+    /// shift is turned the other way.
     pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = self.depth(x, y);
@@ -149,7 +149,7 @@ impl<'a> MethodScene<'a> {
         })
     }
 
-    /// Eq. 6.2.10: direction k, turned by the tile's angle a.
+    /// Returns direction k, turned by the tile's angle a (Eq. 6.2.10).
     pub(super) fn direction(&self, pixel: &Pixel, k: u32, shift: Shift) -> Direction {
         let [_, _, b] = pixel.jitter;
         let exact_stride = pixel.step_px * self.turned(pixel, k);
@@ -158,14 +158,14 @@ impl<'a> MethodScene<'a> {
         Direction { exact_stride, stride, first: shift.round(b * exact_stride), b }
     }
 
-    /// The unit vector at the angle 2 pi k / N_d, turned by the tile's angle a.
+    /// Returns the unit vector at the angle 2 pi k / N_d, turned by the tile's angle a.
     pub(super) fn turned(&self, pixel: &Pixel, k: u32) -> DVec2 {
         let [cos_a, sin_a, _] = pixel.jitter;
         let theta = TAU * f64::from(k) / f64::from(self.settings.directions);
         DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta))
     }
 
-    /// Sample i = 1..N_s of a direction. `None` if it is ignored: on background, and on P's own texel.
+    /// Returns sample i = 1..N_s of a direction. `None` on background and on P's own texel, where samples are ignored.
     pub(super) fn sample(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Option<Sample> {
         let s = self.settings;
         let exact = (direction.b + f64::from(i)) * direction.exact_stride;
@@ -183,8 +183,8 @@ impl<'a> MethodScene<'a> {
         self.at(pixel, taken, at)
     }
 
-    /// The sample that reads the texel at the offset `taken` from P's own, and is assumed to lie at the offset `at`.
-    /// `None` on background, and on P's own texel.
+    /// Returns the sample that reads the texel at the offset `taken` from P's own, and is assumed to lie at the offset
+    /// `at`. `None` on background, and on P's own texel.
     pub(super) fn at(&self, pixel: &Pixel, taken: DVec2, at: DVec2) -> Option<Sample> {
         let q = pixel.p + taken;
         let z = self.depth(q.x as usize, q.y as usize);
@@ -192,35 +192,35 @@ impl<'a> MethodScene<'a> {
         (!ignored).then(|| Sample { D: self.position(pixel.p + at, z) - pixel.P, z, taken })
     }
 
-    /// Whether the sample lies within R.
+    /// Returns whether the sample lies within R.
     pub(super) fn within(&self, sample: &Sample, shift: Shift) -> bool {
         sample.D.length() <= self.reach * (1.0 + shift.comparison)
     }
 
-    /// The attenuation W(r).
+    /// Returns the attenuation W(r).
     pub(super) fn attenuation(&self, r: f64) -> f64 {
         weight(self.settings.attenuation, r, self.radius)
     }
 
-    /// The sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), where (du, dv) belongs to an
-    /// offset in texels. The elevation is raised by the angle bias, to at most 90 degrees.
+    /// Returns the sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), where (du, dv) belongs
+    /// to an offset in texels. The elevation is raised by the angle bias, to at most 90 degrees.
     pub(super) fn sine_of_tangent(&self, pixel: &Pixel, offset: DVec2) -> f64 {
         let T = self.tangent(pixel, offset);
         let t = (-T.z).atan2(T.truncate().length());
         (t + self.settings.bias).min(FRAC_PI_2).sin()
     }
 
-    /// The tangent T of Eq. 6.2.11 for an offset in texels. Its length has no meaning.
+    /// Returns the tangent T of Eq. 6.2.11 for an offset in texels. Its length has no meaning.
     pub(super) fn tangent(&self, pixel: &Pixel, offset: DVec2) -> DVec3 {
         let (n, r, lateral) = (pixel.n, pixel.r, offset * self.pixel_extent());
-        // dP/dx' = z (e_x - r n.x / (n.r)). T is multiplied by -(n.r) / z: that is positive, so the direction stays,
-        // and no division by n.r is left, which is 0 where the surface is seen edge-on.
+        // dP/dx' = z (e_x - r n.x / (n.r)). T is multiplied by -(n.r) / z: this factor is positive, so the direction
+        // stays the same. No division by n.r remains; n.r is 0 if the surface is seen edge-on.
         let derivative = |e: DVec3| -n.dot(r) * e + n.dot(e) * r;
         lateral.x * derivative(DVec3::X) + lateral.y * derivative(DVec3::Y)
     }
 
-    /// The surface point at depth z on the ray through the window position p: z (x', y', 1), or (x', y', z) when
-    /// orthographic.
+    /// Returns the surface point at depth z on the ray through the window position p: z (x', y', 1), or (x', y', z)
+    /// when orthographic.
     pub(super) fn position(&self, p: DVec2, z: f64) -> DVec3 {
         let slope = (p - self.axis()) * self.pixel_extent();
         match self.projection {
@@ -229,7 +229,7 @@ impl<'a> MethodScene<'a> {
         }
     }
 
-    /// r, the direction of the ray through the window position p: (x', y', 1), or (0, 0, 1) when orthographic.
+    /// Returns r, the direction of the ray through the window position p: (x', y', 1), or (0, 0, 1) when orthographic.
     pub(super) fn ray(&self, p: DVec2) -> DVec3 {
         match self.projection {
             Projection::Perspective { .. } => self.position(p, 1.0),
@@ -237,31 +237,31 @@ impl<'a> MethodScene<'a> {
         }
     }
 
-    /// What one texel adds to x' and y'.
+    /// Returns what one texel adds to x' and y'.
     pub(super) fn pixel_extent(&self) -> DVec2 {
         let full = DVec2::new(self.depth.width as f64, self.depth.height as f64);
         let half = DVec2::from(self.projection.half_extents());
         self.scale as f64 * 2.0 * half / full
     }
 
-    /// The point of the result that the view's axis goes through: the middle of the inputs. Position i + 0.5 in the
-    /// result is position scale i + 0.5 in the inputs.
+    /// Returns the point of the result that the view's axis goes through: the middle of the inputs. Position i + 0.5 in
+    /// the result is position scale i + 0.5 in the inputs.
     fn axis(&self) -> DVec2 {
         let middle = DVec2::new(self.depth.width as f64, self.depth.height as f64) / 2.0;
         (middle - 0.5) / self.scale as f64 + 0.5
     }
 
-    /// The depth at texel (x, y) of the result.
+    /// Returns the depth at texel (x, y) of the result.
     pub(super) fn depth(&self, x: usize, y: usize) -> f64 {
         self.depth_of_pixel(self.scale * x, self.scale * y)
     }
 
-    /// The depth at pixel (x, y) of the inputs.
+    /// Returns the depth at pixel (x, y) of the inputs.
     pub(super) fn depth_of_pixel(&self, x: usize, y: usize) -> f64 {
         self.depth.at(x, y)
     }
 
-    /// R projected to the image at the depth z, in texels (Figure 6.2.11).
+    /// Returns R projected to the image at the depth z, in texels (Figure 6.2.11).
     pub(super) fn radius_in_texels(&self, z: f64) -> DVec2 {
         match self.projection {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
@@ -269,17 +269,17 @@ impl<'a> MethodScene<'a> {
         }
     }
 
-    /// The size of the inputs in texels of the result. It need not be whole.
+    /// Returns the size of the inputs in texels of the result. It need not be a whole number.
     pub(super) fn extent(&self) -> DVec2 {
         DVec2::new(self.depth.width as f64, self.depth.height as f64) / self.scale as f64
     }
 
-    /// The width and height of the result.
+    /// Returns the width and height of the result.
     pub(super) fn size(&self) -> (usize, usize) {
         (self.depth.width.div_ceil(self.scale), self.depth.height.div_ceil(self.scale))
     }
 
-    /// The window position p, clamped to the centres of the texels in the image.
+    /// Returns the window position p, clamped to the centres of the texels in the image.
     pub(super) fn clamped(&self, p: DVec2) -> DVec2 {
         let (width, height) = self.size();
         p.clamp(DVec2::splat(0.5), DVec2::new(width as f64, height as f64) - 0.5)

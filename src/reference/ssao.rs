@@ -1,5 +1,5 @@
 //! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of
-//! points around P that lie in open space, in front of the surface seen there.
+//! points around P that lie in free space, in front of the surface that is seen at their texels.
 
 use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::Twin;
@@ -15,7 +15,7 @@ pub(super) const TWIN: Twin = Twin {
     converged: None,
 };
 
-/// What sample i = `index` + 1 takes away from the accessibility: 1 less what it adds to it.
+/// Returns 1 minus what sample i = `index` + 1 adds to the accessibility.
 #[allow(non_snake_case)]
 fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
     let settings = scene.settings;
@@ -25,7 +25,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f6
     let texels = |offset: DVec3| offset.truncate() * scene.extent();
     if settings.ssao_normals == Toggle::On {
         // 6.1, Future improvements: no sample lies behind the surface. Q is the point at the sample's depth on the ray
-        // through the sample's position. Where n.(Q - P) is negative, the offset is reversed.
+        // through the sample's position. If n.(Q - P) is negative, the offset is reversed.
         let Q = scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
         let D = Q - pixel.P;
         if pixel.n.dot(D) < shift.comparison * pixel.n.length() * D.length() {
@@ -43,17 +43,17 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f6
     if z.is_infinite() {
         return 0.0;
     }
-    // The point is open where S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by the reach
-    // of the offset, 2 P.z l, which is 2 % to 20 % of P.z. So the shift is relative to the reach. A shift relative to
-    // the depth would be 5 to 45 times as large, far more than float32 can be off by.
+    // The point lies in free space if S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by
+    // the reach of the offset, 2 P.z l, which is 2 % to 20 % of P.z. So the shift is relative to the reach. A shift
+    // relative to the depth would be 5 to 45 times as large, far more than float32 can be off by.
     let reach = 2.0 * pixel.P.z * l;
     let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
-    // 6.1, depth range check: the sample counts 0.5 where the surface is too far in front of P.
+    // 6.1, depth range check: the sample counts 0.5 if the surface is too far in front of P.
     let range = ((pixel.P.z - z) / z).clamp(0.0, 1.0);
     1.0 - (open * (1.0 - range) + 0.5 * range)
 }
 
-/// The length l_i and the rotated offset of sample i = `index` + 1.
+/// Returns the length l_i and the rotated offset of sample i = `index` + 1.
 pub(super) fn kernel(scene: &MethodScene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
     let n = f64::from(scene.settings.ssao_samples);
     // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i, which are 0.01 (1 +
@@ -64,7 +64,7 @@ pub(super) fn kernel(scene: &MethodScene, pixel: &Pixel, index: u32) -> (f64, DV
     (l, turned(scene.settings.ssao_rotation, pixel.jitter.into(), l * corner / 3f64.sqrt()))
 }
 
-/// An offset turned by v, a unit vector from the tile (6.1, Randomly rotated kernel).
+/// Turns an offset by v, a unit vector from the tile (6.1, Randomly rotated kernel).
 fn turned(rotation: SsaoRotation, v: DVec3, offset: DVec3) -> DVec3 {
     match rotation {
         // 6.1, Future improvements: the offset o is reflected in the plane with the normal v, o - 2 (o.v) v.

@@ -1,4 +1,4 @@
-//! The twin of the method that the settings ask for, with its counts and factors evaluated.
+//! The twin of the method that the settings name, with its counts and factors evaluated.
 
 use super::sampling::{Pixel, Shift};
 use super::twin::{Converged, Occlusion, Twin};
@@ -7,7 +7,7 @@ use crate::settings::{Method, Settings};
 
 macro_rules! twins {
     ($($(#[$doc:meta])* $variant:ident = $name:literal { twin: [$($twin:ident)?], $($other:tt)* })+) => {
-        /// The twin of a method; `None` if A = 1 everywhere.
+        /// Returns the twin of a method; `None` if A = 1 everywhere.
         fn twin(method: Method) -> Option<Twin> {
             match method {
                 $(Method::$variant => [$(super::$twin::TWIN)?].into_iter().next()),+
@@ -17,13 +17,14 @@ macro_rules! twins {
 }
 methods!(twins);
 
-/// A method, as A = 1 - scale times the sum of its occlusion over all directions, or over all samples.
+/// A method in the form A = 1 - scale * (sum of its occlusion over all directions, or over all samples).
 pub(super) struct Terms {
     pub(super) occlusion: Occlusion,
     /// The number of directions, or of samples.
     pub(super) count: u32,
     scale: f64,
-    /// Whether the method returns A = 1 where a step is shorter than a texel (6.2, Variable step size).
+    /// Whether the method exits early, with A = 1, at pixels where a step is shorter than a texel (6.2, Variable step
+    /// size).
     early_exit: bool,
     /// Whether the method ends with A^2 + A (6.1).
     curve: bool,
@@ -31,7 +32,7 @@ pub(super) struct Terms {
 }
 
 impl Terms {
-    /// The method of these settings; `None` if A = 1 everywhere.
+    /// Returns the method of these settings; `None` if A = 1 everywhere.
     pub(super) fn of(settings: &Settings) -> Option<Terms> {
         let twin = twin(settings.method)?;
         Some(Terms {
@@ -44,19 +45,19 @@ impl Terms {
         })
     }
 
-    /// A for this sum of occlusion over all directions or samples.
+    /// Returns A for this sum of occlusion over all directions or samples.
     pub(super) fn visibility(&self, occlusion: f64) -> f64 {
         let open = (1.0 - self.scale * occlusion).clamp(0.0, 1.0);
         if self.curve { (open * open + open).min(1.0) } else { open }
     }
 
-    /// The most that A can change if the sum of occlusion changes by 1. A^2 + A has its steepest slope, sqrt(5), where
-    /// it reaches 1.
+    /// Returns the most that A can change if the sum of occlusion changes by 1. A^2 + A is steepest at the point where
+    /// it reaches 1, with a slope of sqrt(5).
     pub(super) fn steepest(&self) -> f64 {
         if self.curve { 5f64.sqrt() * self.scale } else { self.scale }
     }
 
-    /// Whether A = 1 at the pixel because its step is shorter than a texel: the early exit of the chapter.
+    /// Returns whether the method exits early at the pixel: A = 1 because a step is shorter than a texel.
     pub(super) fn exits_early(&self, pixel: &Pixel, shift: Shift) -> bool {
         self.early_exit && pixel.step_px.min_element() < 1.0 + shift.comparison
     }

@@ -10,12 +10,14 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 use std::ops::RangeInclusive;
 
-/// By how much the float32 boxes are enlarged, as a share of the scene's size. In this unit coordinates are at most 1,
-/// and float32 arithmetic on them is correct to a few 1e-7. A box that is too large costs time, but no hit is lost.
+/// The length by which the float32 boxes are enlarged, as a share of the scene's size. In units of that size
+/// coordinates are at most 1, and float32 arithmetic on them is correct to a few 1e-7. A box that is too large costs
+/// time, but no hit is lost.
 const MARGIN: f64 = 2e-6;
 
-/// How far in front of the scene's box a ray starts when it is traced through the boxes, as a share of the scene's
-/// size. obvhs ignores every box that ends within 1e-4 of the start of a ray, such as the boxes of a flat scene.
+/// The distance in front of the scene's box at which a ray starts when it is traced through the boxes, as a share of
+/// the scene's size. obvhs ignores every box that ends within 1e-4 of the start of a ray, such as the boxes of a flat
+/// scene.
 const RUN_UP: f64 = 1e-3;
 
 /// The point where a ray meets a triangle.
@@ -82,15 +84,15 @@ impl Tracer<'_> {
         self.nearest_but(origin, direction, range, usize::MAX)
     }
 
-    /// The unit normal of a triangle. Seen from the side that it points to, the corners are in counter-clockwise order.
-    /// For a triangle without area it is some unit vector.
+    /// Returns the unit normal of a triangle. Seen from the side that it points to, the corners are in
+    /// counter-clockwise order. For a triangle without area it is some unit vector.
     #[must_use]
     pub fn normal(&self, triangle: usize) -> DVec3 {
         let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize]);
         (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(DVec3::Y)
     }
 
-    /// [`Tracer::nearest`] that ignores the triangle `but`, on which the ray starts.
+    /// Finds the nearest hit as [`Tracer::nearest`] does, but ignores the triangle `but`, on which the ray starts.
     pub(super) fn nearest_but(
         &self,
         origin: DVec3,
@@ -102,7 +104,7 @@ impl Tracer<'_> {
         // points.
         let (enter, leave) = self.clip(origin, direction, &range)?;
         let length = direction.length();
-        // Among the boxes, t is in units of the scene's size, and starts at the start of the run-up.
+        // Inside the hierarchy of boxes, t is in units of the scene's size and is 0 at the start of the run-up.
         let unit = length * self.scale;
         let start = (origin + enter * direction - self.centre) * self.scale - RUN_UP / length * direction;
         let in_boxes = |t: f64| ((t - enter) * unit + RUN_UP + 4.0 * MARGIN) as f32;
@@ -125,7 +127,7 @@ impl Tracer<'_> {
         nearest
     }
 
-    /// The range of t in which the ray lies within the slightly enlarged bounding box of the mesh.
+    /// Returns the range of t in which the ray lies within the slightly enlarged bounding box of the mesh.
     fn clip(&self, origin: DVec3, direction: DVec3, range: &RangeInclusive<f64>) -> Option<(f64, f64)> {
         let (low, high) = self.bounds;
         let widened = 2.0 * MARGIN / self.scale;
@@ -146,15 +148,15 @@ impl Tracer<'_> {
         (enter <= leave).then_some((enter, leave))
     }
 
-    /// The point where the ray meets one triangle, from either side. The test uses the signs of the volumes that the
-    /// ray spans with each edge. Two triangles compute the same number for the edge that they share, so no ray passes
-    /// between them.
+    /// Returns the point where the ray meets one triangle, from either side. The test uses the signs of the volumes
+    /// that the ray spans with each edge. Two triangles compute the same number for the edge that they share, so no ray
+    /// passes between them.
     fn meet(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
         let hit = self.meet_plane(origin, direction, triangle)?;
         (hit.barycentric.min_element() >= 0.0).then_some(hit)
     }
 
-    /// The point where the ray meets the plane of a triangle. Outside the triangle some barycentric weights are
+    /// Returns the point where the ray meets the plane of a triangle. Outside the triangle some barycentric weights are
     /// negative.
     pub(super) fn meet_plane(&self, origin: DVec3, direction: DVec3, triangle: usize) -> Option<Hit> {
         let [a, b, c] = self.mesh.triangles[triangle].map(|i| self.mesh.positions[i as usize] - origin);
@@ -199,7 +201,7 @@ fn hierarchy(boxes: &[Bounds]) -> Bvh2 {
     hierarchy
 }
 
-/// Tests every triangle, without a hierarchy. [`Tracer::nearest`] must return the same hit.
+/// Finds the nearest hit by testing every triangle, without a hierarchy. [`Tracer::nearest`] must return the same hit.
 #[cfg(test)]
 fn nearest_of_all(tracer: &Tracer, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
     (0..tracer.mesh.triangles.len())

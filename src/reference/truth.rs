@@ -1,5 +1,5 @@
-//! Ray-traced ambient occlusion, Eq. 6.2.3 of ShaderX7, on the triangles themselves. The methods are measured against
-//! it.
+//! Ray-traced ambient occlusion, Eq. 6.2.3 of ShaderX7, on the triangles themselves. The errors of the methods are
+//! measured relative to it.
 //!
 //! A = 1 - 1/(2 pi) times the integral of V W over the hemisphere around the normal. It is estimated by rays in
 //! uniformly distributed directions. A ray that meets a triangle within R, from either side, occludes by W of the
@@ -19,9 +19,9 @@ use std::f64::consts::TAU;
 /// The seed of the random numbers. Together with its index it gives each pixel a sequence of its own.
 const SEED: u128 = 0x7472_7574_6820_2008;
 
-/// How far from its start a ray begins to look for occluders. It is a share of the sum of the scene's diagonal and the
-/// largest coordinate of the scene or the eye. A ray that leaves a plane meets it again only because of rounding,
-/// within some 1e-16 of that sum. An occluder nearer than this distance is missed.
+/// The distance from its start at which a ray begins to look for occluders, as a share of the sum of the scene's
+/// diagonal and the largest coordinate of the scene or the eye. A ray that leaves a plane meets it again only because
+/// of rounding, within some 1e-16 of that sum. An occluder nearer than this distance is missed.
 const CLEARANCE: f64 = 1e-11;
 
 /// A scene seen by a camera, prepared for tracing with the radius and attenuation of the settings.
@@ -91,8 +91,8 @@ impl<'a> Truth<'a> {
             traced
         };
         let halves: Vec<Option<[f64; 2]>> = pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
-        // A half has twice the variance of the mean of both, and the difference of the halves four times. The sum is
-        // folded from 0 because an empty `sum()` is -0.
+        // The variance of one half is twice that of the mean of both halves, and the variance of the difference of the
+        // halves is four times that of the mean. The sum is folded from 0 because an empty `sum()` is -0.
         let squares = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).fold(0.0, |sum, square| sum + square);
         let covered: Vec<bool> = halves.iter().map(Option::is_some).collect();
         let count = covered.iter().filter(|&&covered| covered).count();
@@ -103,7 +103,7 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// Two independent estimates of A; `None` on background.
+    /// Returns two independent estimates of A; `None` on background.
     fn pixel(&self, pixel: usize) -> Option<[f64; 2]> {
         let (x, y) = (pixel % self.size.0, pixel / self.size.0);
         let (u, v) = ((x as f64 + 0.5) / self.size.0 as f64, (y as f64 + 0.5) / self.size.1 as f64);

@@ -26,9 +26,9 @@ pub fn visibility<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settin
     }))
 }
 
-/// Finds the pixels at which A can move by more than 1e-3 when roundings and comparisons are shifted by 1e-5 relative.
-/// There float32 may decide otherwise than float64. Both are shifted up and down, and for each direction or sample
-/// separately.
+/// Finds the ambiguous pixels, at which float32 may round or compare otherwise than float64. A pixel is ambiguous if A
+/// can change by more than 1e-3 when all values are shifted by 1e-5 relative before they are rounded or compared. The
+/// values are shifted up and down, for each direction or sample separately.
 ///
 /// # Errors
 /// The same as for [`visibility`].
@@ -46,7 +46,7 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Setting
         let turned = shifts.map(|shift| scene.pixel_shifted(x, y, shift));
         let moves: f64 = (0..method.count)
             .map(|k| {
-                // Where the early exit itself is in doubt, A may move by the whole occlusion.
+                // If the early exit itself is in doubt, A may change by the whole occlusion.
                 let exact = if exits.contains(&true) { 0.0 } else { (method.occlusion)(&scene, &pixel, k, EXACT) };
                 let shifted = shifts
                     .iter()

@@ -6,7 +6,7 @@ pub(super) enum Verdict {
     Holds,
     InPart,
     DoesNotHold,
-    /// No scene was fit to measure it on.
+    /// No scene was suitable for measuring it.
     NotMeasured,
 }
 
@@ -20,7 +20,7 @@ impl Verdict {
         }
     }
 
-    /// The name of its class in the page's style sheet.
+    /// Returns the name of the verdict's class in the page's style sheet.
     pub(super) fn class(self) -> &'static str {
         match self {
             Verdict::Holds => "holds",
@@ -31,7 +31,7 @@ impl Verdict {
     }
 }
 
-/// What was found in one scene.
+/// What was measured for a claim in one scene.
 pub(super) struct Found {
     pub(super) scene: String,
     pub(super) text: String,
@@ -40,7 +40,7 @@ pub(super) struct Found {
     pub(super) verdict: Verdict,
 }
 
-/// A claim of the papers in our words, and what was found of it.
+/// A claim of the papers in our words, and what was measured for it.
 #[derive(Default)]
 pub(super) struct Claim {
     pub(super) id: &'static str,
@@ -49,13 +49,13 @@ pub(super) struct Claim {
     pub(super) found: Vec<Found>,
     pub(super) rule: String,
     pub(super) note: String,
-    /// Why nothing was measured, for claims of which nothing was.
+    /// Why nothing was measured, for a claim without measurements.
     pub(super) unmeasured: Option<String>,
 }
 
 impl Claim {
-    /// A claim holds where it holds in every scene, does not hold where it holds in no scene even in part, and holds in
-    /// part otherwise.
+    /// Returns the verdict on the claim. It holds if it holds in every scene, does not hold if it holds in no scene
+    /// even in part, and holds in part otherwise.
     pub(super) fn verdict(&self) -> Verdict {
         let all = |verdict| self.found.iter().all(|found| found.verdict == verdict);
         match () {
@@ -74,22 +74,22 @@ pub(super) struct Bound {
     pub(super) holds: f64,
     /// The bound within which the claim holds in part.
     part: f64,
-    /// Whether the bounds are upper bounds; else they are lower bounds.
+    /// True if the bounds are upper bounds, false if they are lower bounds.
     at_most: bool,
 }
 
-/// Upper bounds.
+/// Makes upper bounds.
 pub(super) fn at_most(holds: f64, part: f64) -> Bound {
     Bound { holds, part, at_most: true }
 }
 
-/// Lower bounds.
+/// Makes lower bounds.
 pub(super) fn at_least(holds: f64, part: f64) -> Bound {
     Bound { holds, part, at_most: false }
 }
 
 impl Bound {
-    /// The verdict on a value.
+    /// Returns the verdict on a value.
     pub(super) fn verdict(self, value: f64) -> Verdict {
         let within = |bound: f64| if self.at_most { value <= bound } else { value >= bound };
         match () {
@@ -100,20 +100,20 @@ impl Bound {
         }
     }
 
-    /// The rule in words, with numbers as `show` formats them.
+    /// Returns the rule in words, with numbers as `show` formats them.
     pub(super) fn rule(self, what: &str, show: impl Fn(f64) -> String) -> String {
         let word = if self.at_most { "at most" } else { "at least" };
         let holds = format!("holds where {what} is {word} {}", show(self.holds));
         if self.part == self.holds { holds } else { format!("{holds}, in part {word} {}", show(self.part)) }
     }
 
-    /// What was found in a scene, with the verdict on its value.
+    /// Records what was measured in a scene, with the verdict on its value.
     pub(super) fn found(self, scene: impl Into<String>, value: f64, text: String) -> Found {
         Found { scene: scene.into(), text, value, verdict: self.verdict(value) }
     }
 }
 
-/// A visibility in steps of an 8-bit target.
+/// Formats a visibility in steps of an 8-bit target.
 pub(super) fn steps(visibility: f64) -> String {
     format!("{:.2}/255", visibility * 255.0)
 }

@@ -1,4 +1,5 @@
-//! The report's own drawings as SVG. They are legible in grey, because series differ in the shapes of their marks.
+//! Draws the report's own drawings as SVG. They are legible in grey, because series differ in the shapes of their
+//! marks.
 
 use hbao::Error;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -36,7 +37,7 @@ fn svg(
     Ok(text)
 }
 
-/// Lines through points, with a legend.
+/// Draws lines through points, with a legend.
 pub(super) fn lines(series: &[Series], axes: &Axes) -> Result<String, Error> {
     let all = || series.iter().flat_map(|(_, points)| points);
     let range = |of: fn(&(f64, f64)) -> f64| {
@@ -104,7 +105,7 @@ where
     Ok(())
 }
 
-/// The mark of the i-th series.
+/// Makes the mark of the i-th series.
 fn mark<'a>(i: usize, at: (i32, i32)) -> DynElement<'static, SVGBackend<'a>, (i32, i32)> {
     let of = |outline: &[(i32, i32)]| outline.iter().map(|(x, y)| (at.0 + x, at.1 + y)).collect::<Vec<_>>();
     let (square, triangle) = ([(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)], [(0, -5), (5, 4), (-5, 4), (0, -5)]);
@@ -117,8 +118,8 @@ fn mark<'a>(i: usize, at: (i32, i32)) -> DynElement<'static, SVGBackend<'a>, (i3
     }
 }
 
-/// The texels that each direction of a pixel reads, as offsets (x, y) from that pixel, which is drawn in the middle.
-/// The first direction is at `turn` radians.
+/// Draws the texels that each direction of a pixel reads. They are given as offsets (x, y) from that pixel, which is
+/// drawn in the middle. The first direction is at `turn` radians.
 pub(super) fn texels(directions: &[Vec<(f64, f64)>], turn: f64) -> Result<String, Error> {
     let reach = directions.iter().flatten().map(|(x, y)| x.abs().max(y.abs())).fold(3.0, f64::max) + 1.5;
     svg((420, 420), |root| {

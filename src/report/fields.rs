@@ -1,4 +1,5 @@
-//! Settings and what was measured of them, as the fields of a file: JSON objects and the rows of a CSV file hold them.
+//! Converts settings and their measurements to the fields of a file. JSON objects and the rows of a CSV file are made
+//! of fields.
 
 use hbao::Settings;
 use hbao::measure::trade::TradeRow;
@@ -8,7 +9,7 @@ use serde_json::Value;
 /// A field of a file: its name and its value.
 pub(crate) type Field = (&'static str, Value);
 
-/// The fields that describe settings, in their order.
+/// Returns the fields that describe settings, in their order.
 pub(crate) fn settings_fields(s: &Settings) -> Vec<Field> {
     let [directions, rays, steps] = directions_rays_steps(s.method, s);
     vec![
@@ -26,7 +27,7 @@ pub(crate) fn settings_fields(s: &Settings) -> Vec<Field> {
     ]
 }
 
-/// The fields of a row of a sweep, in their order.
+/// Returns the fields of a row of a sweep, in their order.
 pub(crate) fn trade_fields(row: &TradeRow) -> Vec<Field> {
     let (e, edge) = (&row.errors, &row.edge_errors);
     let mut all = settings_fields(&row.settings);
@@ -47,7 +48,7 @@ pub(crate) fn trade_fields(row: &TradeRow) -> Vec<Field> {
     all
 }
 
-/// Fields as a JSON object.
+/// Makes a JSON object of fields.
 pub(crate) fn object(fields: Vec<Field>) -> Value {
     Value::Object(fields.into_iter().map(|(name, value)| (name.to_string(), value)).collect())
 }

@@ -2,7 +2,7 @@
 
 use hbao::measure::table::Table;
 
-/// A picture. It is written beside the page as a PNG file, and stands inside the page too.
+/// A picture. It is embedded in the page, and also written as a PNG file beside the page.
 #[derive(Clone)]
 pub(super) struct Picture {
     pub(super) file: String,
@@ -10,13 +10,13 @@ pub(super) struct Picture {
     pub(super) png: Vec<u8>,
     /// Width and height in pixels.
     pub(super) size: (usize, usize),
-    /// How many times larger than its pixels it is shown at least. Each pixel is shown as a square.
+    /// The least factor by which the page enlarges the picture. Each pixel is shown as a square.
     pub(super) enlarged: usize,
     /// The command line that makes the same file, if there is one.
     pub(super) command: Option<String>,
 }
 
-/// A drawing. It is written beside the page as an SVG file, and stands inside the page too.
+/// A drawing. It is embedded in the page, and also written as an SVG file beside the page.
 pub(super) struct Drawing {
     pub(super) file: String,
     pub(super) caption: String,
@@ -26,7 +26,7 @@ pub(super) struct Drawing {
 /// One of the papers' figures, or a part of the report that is shown like one.
 #[derive(Default)]
 pub(super) struct Figure {
-    /// Its number in the paper, which is its anchor too.
+    /// The number of the figure in the paper. The anchor of the figure in the page is made from it.
     pub(super) id: String,
     pub(super) title: String,
     pub(super) text: String,

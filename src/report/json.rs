@@ -1,4 +1,4 @@
-//! What was measured, as JSON.
+//! Converts measurements to JSON.
 
 use super::tables::bench::{Growth, Times};
 use super::tables::cells::spread;
@@ -9,7 +9,7 @@ use hbao::measure::median;
 use hbao::measure::ratios::Ratio;
 use serde_json::{Map, Value, json};
 
-/// One case of the bench.
+/// Converts one case of the bench to JSON.
 pub(crate) fn measurement(one: &Measurement) -> Value {
     let case = &one.case;
     let [directions, rays, steps] = case.samples();
@@ -56,18 +56,18 @@ pub(crate) fn measurement(one: &Measurement) -> Value {
     })
 }
 
-/// A ratio of times.
+/// Converts a ratio of times to JSON.
 pub(crate) fn ratio(ratio: &Ratio) -> Value {
     let papers: Map<_, _> = ratio.papers.iter().map(|&(card, x)| (card.to_string(), json!(x))).collect();
     json!({ "ratio": ratio.what, "here": ratio.ours, "papers": papers })
 }
 
-/// How times grow along a series.
+/// Converts the growth of a time along a series to JSON.
 pub(crate) fn growth(growth: &Growth) -> Value {
     json!({ "series": growth.series, "of": growth.of, "exponent": growth.exponent })
 }
 
-/// The decomposed error of settings.
+/// Converts the decomposed error of a combination of settings to JSON.
 pub(crate) fn decomposition(s: &Settings, parts: &Decomposition) -> Value {
     let of = |part: &ErrorPart| json!({ "rmse": part.rmse, "bias": part.bias, "max": part.max });
     json!({

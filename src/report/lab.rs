@@ -1,4 +1,5 @@
-//! Where the report's pictures and figures come from: the scenes at hand, ways to render them, and their truth.
+//! Provides what the report's pictures and figures are made from: the available scenes, ways to render them, and their
+//! truth.
 
 use super::models::{self, Opened};
 use super::subject::Subject;
@@ -14,7 +15,7 @@ use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// How many covered pixels errors against the truth are taken over, at most.
+/// The largest number of covered pixels over which errors are measured.
 const SUBSET: usize = 60_000;
 
 /// A view's depth and normals, read back: the inputs of the twins.
@@ -41,29 +42,30 @@ impl Seen {
         self.depth.map(f32::is_finite)
     }
 
-    /// How many texels a scene unit covers at depth 1, up and down.
+    /// Returns how many texels a scene unit covers vertically at depth 1.
     pub(super) fn texels_at_depth_1(&self) -> f64 {
         let [_, half_height] = self.projection.half_extents();
         self.depth.height as f64 / (2.0 * half_height)
     }
 
-    /// `count` covered pixels at random, from a fixed seed; all covered pixels where there are fewer.
+    /// Chooses `count` covered pixels at random, the same in every run. If there are fewer, it returns all covered
+    /// pixels.
     pub(super) fn some_covered(&self, count: usize) -> Vec<(usize, usize)> {
         let width = self.depth.width;
         subset(&self.covered(), count).into_iter().map(|i| (i % width, i / width)).collect()
     }
 }
 
-/// Ray-traced ambient occlusion of some pixels of a view.
+/// The ray-traced ambient occlusion of some pixels of a view.
 pub(super) struct Traced {
     /// True at the pixels that were traced.
     pub(super) mask: Image<bool>,
     pub(super) visibility: Image<f32>,
-    /// The truth's own noise, RMS.
+    /// The noise of the truth, as a root mean square.
     pub(super) noise: f64,
 }
 
-/// The noise of a truth, RMS, and an error that was measured against it.
+/// The noise of a truth, as a root mean square, and an error that was measured relative to this truth.
 #[derive(Clone, Copy)]
 pub(super) struct Noise {
     pub(super) noise: f64,
@@ -74,7 +76,7 @@ impl Noise {
     const NONE: Noise = Noise { noise: 0.0, error: 1.0 };
 }
 
-/// The scenes at hand and a context to render them in.
+/// The available scenes, and a context in which they are rendered.
 pub(super) struct Lab<'a> {
     pub(super) gl: &'a Arc<glow::Context>,
     pub(super) size: (u32, u32),
@@ -83,15 +85,15 @@ pub(super) struct Lab<'a> {
     /// A line for each model that is missing.
     pub(super) missing: Vec<String>,
     truths: RefCell<HashMap<String, Rc<Traced>>>,
-    /// Of all errors measured so far, the one of which the truth's noise is the largest share.
+    /// The error measured so far for which the noise of the truth is the largest share of the error.
     noisiest: Cell<Noise>,
 }
 
 impl<'a> Lab<'a> {
-    /// A lab with the built-in scenes, and with those of the papers' models that the folder `models` holds.
+    /// Opens the built-in scenes, and those of the papers' models that the folder `models` holds.
     ///
     /// # Errors
-    /// A model that is there and cannot be read.
+    /// [`Error::Input`] if a model in the folder cannot be read.
     pub(super) fn open(
         gl: &'a Arc<glow::Context>,
         size: (u32, u32),
@@ -102,34 +104,36 @@ impl<'a> Lab<'a> {
         Ok(Lab { gl, size, rays, subjects, missing, truths: RefCell::default(), noisiest: Cell::new(Noise::NONE) })
     }
 
-    /// The scene of this key, if it is at hand.
+    /// Returns the scene with this key, if it is available.
     pub(super) fn subject(&self, key: &str) -> Option<&Subject> {
         self.subjects.iter().find(|subject| subject.key == key)
     }
 
-    /// The first of these scenes that is at hand; the built-in nave where none is.
+    /// Returns the first of these scenes that is available, or the built-in nave if none is.
     pub(super) fn first_of(&self, keys: &[&str]) -> &Subject {
         let found = keys.iter().find_map(|key| self.subject(key)).or_else(|| self.subject(NAVE));
         found.unwrap_or(&self.subjects[0])
     }
 
-    /// Sibenik, or the nave in its place.
+    /// Returns Sibenik if it is available, and the nave otherwise.
     pub(super) fn church(&self) -> &Subject {
         self.first_of(&["sibenik"])
     }
 
-    /// Half the report's width and height. Pictures of which there are many have it, and images that are traced whole.
+    /// Returns half the width and height of the report's pictures. Pictures that occur in large numbers have this size,
+    /// and so do images of which every pixel is traced.
     pub(super) fn small(&self) -> (u32, u32) {
         (self.size.0.div_ceil(2), self.size.1.div_ceil(2))
     }
 
-    /// The papers' data sets, as far as they are at hand: Sibenik, for which the nave stands in, the Dragon, and the
+    /// Returns the available data sets of the papers: Sibenik (or the nave, if Sibenik is missing), the Dragon, and the
     /// Cornell box.
     pub(super) fn data_sets(&self) -> Vec<&Subject> {
         [Some(self.church()), self.subject("dragon"), self.subject(CORNELL_BOX)].into_iter().flatten().collect()
     }
 
-    /// Renders. Returns the pipeline, which holds the images, and the times of the passes where they were asked for.
+    /// Renders a scene. Returns the pipeline, which holds the images, and the times of the passes if the request asks
+    /// for them.
     pub(super) fn render(
         &self,
         subject: &Subject,
@@ -147,12 +151,12 @@ impl<'a> Lab<'a> {
         Ok((pipeline, times))
     }
 
-    /// Ambient occlusion after the blur, at full size.
+    /// Renders ambient occlusion at full size, and returns it after the blur.
     pub(super) fn ao(&self, subject: &Subject, settings: &Settings) -> Result<Image<f32>, Error> {
         self.render(subject, self.size, settings, Request::default())?.0.ao()
     }
 
-    /// A view's depth and normals.
+    /// Renders a view's G-buffer, and returns its depth and normals.
     pub(super) fn see(&self, subject: &Subject, size: (u32, u32), settings: &Settings) -> Result<Seen, Error> {
         let request = Request { gbuffer_only: true, ..Request::default() };
         let (pipeline, _) = self.render(subject, size, &Settings { msaa: 1, ..settings.clone() }, request)?;
@@ -166,7 +170,8 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// The truth of a view at full size, for the settings' radius and attenuation.
+    /// Returns the truth of a view at full size, traced with the radius and attenuation of the settings. The truth is
+    /// traced at the first call and kept.
     pub(super) fn truth(&self, subject: &Subject, settings: &Settings) -> Result<Rc<Traced>, Error> {
         let key = format!("{} {:?} {:?}", subject.key, settings.radius, settings.attenuation);
         if let Some(known) = self.truths.borrow().get(&key) {
@@ -188,17 +193,17 @@ impl<'a> Lab<'a> {
         Ok(truth)
     }
 
-    /// The largest noise of the truths asked for so far, RMS.
+    /// Returns the largest noise of all truths traced so far, as a root mean square.
     pub(super) fn noise(&self) -> f64 {
         self.truths.borrow().values().map(|traced| traced.noise).fold(0.0, f64::max)
     }
 
-    /// Of all errors measured so far, the one of which the truth's noise is the largest share.
+    /// The error measured so far for which the noise of the truth is the largest share of the error.
     pub(super) fn noisiest(&self) -> Noise {
         self.noisiest.get()
     }
 
-    /// The errors of an image against the truth of the settings' radius and attenuation.
+    /// Measures the errors of an image relative to the truth with the radius and attenuation of the settings.
     pub(super) fn errors_of(
         &self,
         subject: &Subject,
@@ -214,13 +219,13 @@ impl<'a> Lab<'a> {
         Ok(errors)
     }
 
-    /// The errors of what these settings render.
+    /// Renders with these settings, and measures the errors of the image.
     pub(super) fn errors(&self, subject: &Subject, settings: &Settings) -> Result<Errors, Error> {
         self.errors_of(subject, &self.ao(subject, settings)?, settings)
     }
 }
 
-/// The errors of one image against another where the mask is true.
+/// Measures the errors of one image relative to another over the pixels where the mask is true.
 pub(super) fn compare(got: &Image<f32>, truth: &Image<f32>, mask: &Image<bool>) -> Result<Errors, Error> {
     Comparison::without_flip(got, truth)?.over(mask)?.ok_or_else(Errors::of_nothing)
 }

@@ -1,4 +1,5 @@
-//! Everything that the report times: the papers' tables on their church, and a sweep of settings on every data set.
+//! Measures everything that the report times: the papers' tables on their church, and a sweep of settings on every data
+//! set.
 
 use super::json;
 use super::lab::{Lab, Noise};
@@ -11,11 +12,11 @@ use hbao::settings::Method;
 use hbao::{Error, Settings, size_limit};
 use serde_json::{Value, json};
 
-/// What was timed and swept.
+/// The results of the timing and of the sweeps.
 pub(super) struct Measures {
     /// The scene that was timed.
     pub(super) scene: String,
-    /// The scene and its camera as the command line takes them.
+    /// The scene and its camera as arguments of the command line.
     pub(super) arguments: String,
     pub(super) size: (u32, u32),
     pub(super) runs: usize,
@@ -24,7 +25,7 @@ pub(super) struct Measures {
     pub(super) sweeps: Vec<Sweep>,
 }
 
-/// The cases, in the groups that are measured in interleaved rounds.
+/// Returns the cases, in groups. The cases of a group are measured in interleaved rounds.
 fn groups(lab: &Lab, subject: &Subject) -> [Vec<Case>; 4] {
     let base = subject.settings(Method::Hbao);
     let largest = size_limit(lab.gl);
@@ -41,7 +42,7 @@ fn groups(lab: &Lab, subject: &Subject) -> [Vec<Case>; 4] {
 }
 
 impl Measures {
-    /// How many frames [`Measures::measure`] will render.
+    /// Returns how many frames [`Measures::measure`] will render.
     pub(super) fn frames(lab: &Lab, runs: usize) -> usize {
         let cases: usize = groups(lab, lab.church()).iter().map(Vec::len).sum();
         let sweep = trade::sweep(&Settings::default()).len();
@@ -67,12 +68,12 @@ impl Measures {
         })
     }
 
-    /// The case of a mode and column.
+    /// Returns the measurement of the case with this mode and column.
     pub(super) fn of_case(&self, mode: &str, column: &str) -> Option<&Measurement> {
         self.cases.iter().find(|one| one.case.mode == mode && one.case.column == column)
     }
 
-    /// The truths' noise beside each error that a sweep measured against it.
+    /// Returns each error that a sweep measured, together with the noise of the truth.
     pub(super) fn noises(&self) -> impl Iterator<Item = Noise> {
         self.sweeps.iter().flat_map(Sweep::noises)
     }

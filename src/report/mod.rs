@@ -1,4 +1,4 @@
-//! The papers' page: every picture, table and claim of the papers, regenerated, with the tables of other verbs.
+//! The page of `hbao paper`: every picture, table and claim of the papers, regenerated. Other verbs share its tables.
 
 mod claim;
 mod claims;

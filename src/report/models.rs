@@ -1,4 +1,4 @@
-//! The scenes of the papers: the built-in ones, and the models that a folder may hold.
+//! Opens the scenes of the papers: the built-in ones, and the models that a folder may hold.
 
 use super::subject::Subject;
 use glam::{DVec3, dvec3};
@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
 
-/// A model that the folder of models may hold, and a camera that its README proposes.
+/// A model that the folder of models may hold, with a camera that the folder's README proposes.
 struct Model {
     key: &'static str,
     name: &'static str,
@@ -16,7 +16,7 @@ struct Model {
     eye: DVec3,
     target: DVec3,
     fov_y: f64,
-    /// R in scene units; none means the command's default.
+    /// R in scene units; `None` means the command's default.
     radius: Option<f64>,
 }
 
@@ -68,7 +68,7 @@ const MODELS: [Model; 5] = [
     },
 ];
 
-/// The scenes at hand.
+/// The available scenes.
 pub(super) struct Opened {
     pub(super) subjects: Vec<Subject>,
     /// A line for each model that is missing.
@@ -78,7 +78,7 @@ pub(super) struct Opened {
 /// Opens the built-in scenes, and the models that `folder` holds.
 ///
 /// # Errors
-/// A model that is there and cannot be read.
+/// [`Error::Input`] if a model in the folder cannot be read.
 pub(super) fn open(folder: Option<&Path>) -> Result<Opened, Error> {
     let mut subjects = Vec::new();
     for (key, name) in [(CORNELL_BOX, "Cornell box"), (NAVE, "nave")] {

@@ -9,12 +9,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The whole report.
 pub(super) struct Report {
-    /// What was run, and where: names and values.
+    /// Names and values that describe the run: the program, the machine and the options.
     pub(super) about: Vec<(&'static str, String)>,
-    /// What the report leaves out, a line each.
+    /// One line for each thing that the report leaves out.
     pub(super) missing: Vec<String>,
     pub(super) claims: Vec<Claim>,
-    /// Tables and plots, with the papers' tables beside ours.
+    /// Tables and plots of what was measured, together with the papers' own tables.
     pub(super) measures: Vec<Figure>,
     /// The papers' figures, rendered again.
     pub(super) figures: Vec<Figure>,
@@ -23,7 +23,7 @@ pub(super) struct Report {
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The page.
+/// Writes the report as a page of HTML.
 pub(super) fn html(report: &Report) -> String {
     let count = |verdict| report.claims.iter().filter(|claim| claim.verdict() == verdict).count();
     let page = html! {

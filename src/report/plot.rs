@@ -1,4 +1,5 @@
-//! The plot of error against time as SVG. It is legible in grey, because methods differ in the shapes of their marks.
+//! Draws a plot with time on one axis and error on the other, as SVG. It is legible in grey, because methods differ in
+//! the shapes of their marks.
 
 use hbao::Error;
 use hbao::measure::trade::TradeRow;
@@ -8,7 +9,7 @@ use plotters::prelude::*;
 const SIZE: (u32, u32) = (800, 560);
 const DARK: RGBColor = RGBColor(40, 40, 40);
 
-/// RMSE against milliseconds, with the Pareto front joined by a line.
+/// Draws the RMSE of each row over its milliseconds. A line joins the rows of the Pareto front.
 pub(crate) fn trade(rows: &[TradeRow], title: &str) -> Result<String, Error> {
     let mut text = String::new();
     draw(rows, title, &mut text).map_err(|e| Error::Context(format!("the plot cannot be drawn: {e}")))?;
@@ -16,7 +17,7 @@ pub(crate) fn trade(rows: &[TradeRow], title: &str) -> Result<String, Error> {
 }
 
 fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-    // The axis of time is logarithmic: a row that takes no time cannot be drawn.
+    // The time axis is logarithmic, so a row that takes no time cannot be drawn.
     let rows: Vec<&TradeRow> = rows.iter().filter(|row| row.ms > 0.0).collect();
     let range = |f: &dyn Fn(&TradeRow) -> f64| {
         let values = rows.iter().map(|row| f(row));

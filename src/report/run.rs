@@ -18,19 +18,19 @@ pub(crate) const PAGE: &str = "index.html";
 /// The name of the file that holds the page's figures as numbers.
 pub(crate) const FIGURES: &str = "report.json";
 
-/// The papers' diagrams that show nothing rendered.
+/// The line of the page that lists the papers' diagrams that show nothing rendered.
 const DIAGRAMS: &str = "The papers' diagrams that show nothing rendered: 6.1.2, 6.1.3, 6.2.2, 6.2.5 to 6.2.9, 6.2.11, 6.2.12 and \
                         the talk's Figure 2";
 
-/// What the report is made with.
+/// The options of a report.
 pub(crate) struct Options {
     /// The folder that holds the papers' models.
     pub(crate) models: Option<PathBuf>,
     /// Width and height of the pictures in pixels.
     pub(crate) size: (u32, u32),
-    /// Rays a pixel of the ray-traced truth.
+    /// The number of rays per pixel of the ray-traced truth.
     pub(crate) rays: u32,
-    /// Counted runs of what is timed.
+    /// The number of timed runs of each measurement.
     pub(crate) runs: usize,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct File {
     pub(crate) bytes: Vec<u8>,
 }
 
-/// A report that was made.
+/// A finished report.
 pub(crate) struct Made {
     /// All files, in the order in which they are written.
     pub(crate) files: Vec<File>,
@@ -113,7 +113,7 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
     Ok(Made { files, claims, figures })
 }
 
-/// The warning for a truth whose noise is more than a fifth of an error that was measured against it.
+/// Returns a warning if the noise of a truth is more than a fifth of an error that was measured relative to it.
 fn too_noisy(lab: &Lab, measures: &Measures) -> Option<String> {
     let all = measures.noises().chain([lab.noisiest()]);
     let share = |one: &Noise| one.noise / one.error;
@@ -125,7 +125,7 @@ fn too_noisy(lab: &Lab, measures: &Measures) -> Option<String> {
     })
 }
 
-/// What the page says, in numbers.
+/// Returns the numbers of the page as JSON.
 fn numbers_of(report: &Report, measures: &Measures, extremes: &Extremes, renderer: &str, size: (u32, u32)) -> Value {
     let claims = report.claims.iter().map(|claim| {
         let found = claim.found.iter().map(|found| {

@@ -1,4 +1,4 @@
-//! Small scenes that only the report needs: those that the papers draw as diagrams, made of triangles.
+//! Small scenes that only the report needs. They are the scenes that the papers draw as diagrams, made of triangles.
 
 use super::subject::Subject;
 use glam::{DVec3, dvec3};
@@ -9,10 +9,10 @@ use std::rc::Rc;
 
 /// The angle bias of the figures on creases, in degrees. It is larger than the angle between two facets of the vault.
 pub(super) const BIAS_DEGREES: f64 = 30.0;
-/// The flat strips of the vault in the figures on creases: they meet at 18 degrees.
+/// The number of flat strips of the vault in the figures on creases. The strips meet at 18 degrees.
 pub(super) const FACETS: u32 = 10;
 
-/// A mesh of quadrilaterals, each made of two triangles.
+/// Makes a mesh of quadrilaterals, each of two triangles.
 fn quads(quads: impl IntoIterator<Item = [DVec3; 4]>) -> Result<Mesh, Error> {
     let positions: Vec<DVec3> = quads.into_iter().flatten().collect();
     let triangles = (0..positions.len() as u32).step_by(4).flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]);
@@ -26,11 +26,11 @@ fn subject(key: &'static str, name: &str, mesh: Mesh, eye: DVec3, target: DVec3,
     Subject { name: name.into(), key, mesh: Rc::new(mesh), view, radius, arguments: None }
 }
 
-/// Two half planes that meet in a vertical line in the middle of the picture, each turned away from the eye by `away`
-/// radians: 0 is a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room.
+/// Makes two half planes that meet in a vertical line in the middle of the picture. Each is turned away from the eye by
+/// `away` radians: 0 gives a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room.
 ///
-/// The horizontal field of view is 90 degrees. Under that angle the offsets of `ssao` fill a ball: they are in widths
-/// of the picture across, and in units of 2 P.z in depth.
+/// The horizontal field of view is 90 degrees. With this field of view the offsets of `ssao` fill a ball, because their
+/// x is in units of the picture's width and their z in units of 2 P.z.
 pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -> Result<Subject, Error> {
     let (high, wide) = (400.0, 400.0);
     let side = |sign: f64| {
@@ -40,13 +40,15 @@ pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -
     };
     let mesh = quads([side(-1.0), side(1.0)])?;
     let mut fold = subject(key, name, mesh, dvec3(0.0, 0.0, 30.0), DVec3::ZERO, 3.0);
-    // A camera's field of view is limited: a picture that is far higher than wide gets less than 90 degrees across.
+    // A camera's field of view is limited, so a picture that is far higher than wide gets less than 90 degrees
+    // horizontally.
     let fov_y = 2.0 * (f64::from(size.1) / f64::from(size.0)).atan();
     fold.view.lens = Some(Lens::FovY(fov_y.clamp(1.5f64.to_radians(), 174f64.to_radians())));
     Ok(fold)
 }
 
-/// The flat wall, the corner of a room and the edge of a box, each with the solid share that the paper draws.
+/// Makes the flat wall, the corner of a room and the edge of a box, each with the share of the space around its middle
+/// that is solid, as the paper draws it.
 pub(super) fn folds(size: (u32, u32)) -> Result<[(Subject, f64); 3], Error> {
     Ok([
         (fold("wall", "wall", 0.0, size)?, 0.5),
@@ -55,15 +57,16 @@ pub(super) fn folds(size: (u32, u32)) -> Result<[(Subject, f64); 3], Error> {
     ])
 }
 
-/// A floor that is seen at a slant and fills the picture.
+/// Makes a floor that is seen at a slant and fills the picture.
 pub(super) fn floor() -> Result<Subject, Error> {
     let far = 500.0;
     let mesh = quads([[dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)]])?;
     Ok(subject("floor", "floor", mesh, dvec3(0.0, 6.0, 8.0), DVec3::ZERO, 1.0))
 }
 
-/// A floor with a square rim upright on it, seen from straight above: Figure 6.2.4 in three dimensions. From the middle
-/// of the floor the rim hides low points beyond it, although these are above the height field.
+/// Makes a floor with a square rim that stands upright on it, seen from straight above: Figure 6.2.4 in three
+/// dimensions. Seen from the middle of the floor, the rim hides low points beyond it, although these points lie above
+/// the height field.
 pub(super) fn pit() -> Result<Subject, Error> {
     let (half, thick, high, far) = (2.0, 0.25, 1.6, 60.0);
     let floor = [dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)];
@@ -83,8 +86,8 @@ pub(super) fn pit() -> Result<Subject, Error> {
     Ok(pit)
 }
 
-/// The inside of a half pipe with `facets` flat strips over its half circle, seen from straight below or along its
-/// length. It is a round vault of low tessellation: each facet makes a crease of PI / facets with the next.
+/// Makes the inside of a half pipe whose half circle has `facets` flat strips, seen from straight below or along its
+/// length. It is a round vault of low tessellation: neighbouring facets meet at an angle of PI / facets.
 pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
     let (radius, long) = (4.0, 30.0);
     let at = |i: u32, z: f64| {
@@ -103,7 +106,7 @@ pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {
     Ok(vault)
 }
 
-/// Two planes that are equally steep and meet at a right angle in a valley, seen from far above.
+/// Makes a valley of two equally steep planes that meet at a right angle, seen from far above.
 pub(super) fn valley() -> Result<Subject, Error> {
     let (wide, long) = (40.0, 200.0);
     let side = |sign: f64| {
@@ -115,8 +118,8 @@ pub(super) fn valley() -> Result<Subject, Error> {
     Ok(valley)
 }
 
-/// A ball of `facets` facets around its axis and half as many from pole to pole. It is convex, so that every facet is
-/// open.
+/// Makes a ball with `facets` facets around its axis and half as many from pole to pole. It is convex, so nothing
+/// occludes any facet.
 pub(super) fn ball(facets: u32) -> Result<Subject, Error> {
     let rings = facets / 2;
     let at = |i: u32, j: u32| {

@@ -1,4 +1,4 @@
-//! The parts of the page on speed: the papers' tables measured again, ratios of times, and how costs grow.
+//! Makes the parts of the page on speed: the papers' tables measured again, ratios of times, and how costs grow.
 
 use super::drawing::{self, Axes};
 use super::figure::{Drawing, Figure};
@@ -10,13 +10,13 @@ use hbao::measure::bench::Measurement;
 use hbao::measure::median;
 use hbao::measure::published::{CRYSIS_MS, CRYSIS_SIZE, TABLE_SIZE};
 
-/// The parts on speed, in the page's order.
+/// Makes the parts on speed, in the order of the page.
 pub(super) fn figures(measures: &Measures) -> Result<Vec<Figure>, Error> {
     let tables = [frames, methods, crysis, ratios].map(|make| make(measures));
     Ok(tables.into_iter().chain([scaling(measures)?]).collect())
 }
 
-/// The command line that measures one part of the bench.
+/// Returns the command line that measures one part of the bench.
 fn command(measures: &Measures, part: &str) -> String {
     let Measures { arguments, size: (width, height), runs, .. } = measures;
     format!("hbao bench {arguments} --size {width}x{height} --only {part} --runs {runs}")

@@ -1,22 +1,22 @@
-//! A scene of the report, as it is rendered.
+//! A scene that the report renders.
 
 use hbao::scene::{Camera, Mesh, View};
 use hbao::settings::{AoFormat, Method, NormalFormat, Radius};
 use hbao::{Error, Settings};
 use std::rc::Rc;
 
-/// A scene, and where it is seen from.
+/// A scene, and the view in which it is rendered.
 #[derive(Clone)]
 pub(super) struct Subject {
-    /// Its name in tables and captions.
+    /// The name in tables and captions.
     pub(super) name: String,
-    /// Its name in file names.
+    /// The name in file names.
     pub(super) key: &'static str,
     pub(super) mesh: Rc<Mesh>,
     pub(super) view: View,
     /// R in scene units.
     pub(super) radius: f64,
-    /// Scene and camera as the command line takes them; none for scenes that only the report has.
+    /// The scene and the camera as arguments of the command line; `None` for scenes that only the report has.
     pub(super) arguments: Option<String>,
 }
 
@@ -25,12 +25,13 @@ impl Subject {
         Ok(self.view.camera(&self.mesh, size.0, size.1)?.0)
     }
 
-    /// The method's defaults, with this scene's radius.
+    /// Returns the method's default settings, with the radius of this scene.
     pub(super) fn settings(&self, method: Method) -> Settings {
         Settings { radius: Radius::Units(self.radius), ..Settings::for_method(method) }
     }
 
-    /// The same with one sample a pixel and without 8-bit targets, so that the remaining error is the method's own.
+    /// Returns the same settings with one depth sample per pixel and without 8-bit targets, so that the remaining error
+    /// is the method's own.
     pub(super) fn exact(&self, method: Method) -> Settings {
         Settings { msaa: 1, ao_format: AoFormat::R32f, normal_format: NormalFormat::Rgba16f, ..self.settings(method) }
     }

@@ -1,4 +1,5 @@
-//! A sweep of settings over one scene: error against time, and the error decomposed by its causes.
+//! A sweep of combinations of settings over one scene: the time and the error of each, and the error decomposed by its
+//! causes.
 
 use super::fields::{object, trade_fields};
 use super::figure::{Drawing, Figure};
@@ -17,27 +18,27 @@ use hbao::reference::truth::Truth;
 use hbao::settings::Method;
 use serde_json::{Value, json};
 
-/// On how many covered pixels the error is decomposed, at most.
+/// The largest number of covered pixels on which the error is decomposed.
 pub(crate) const DECOMPOSED_PIXELS: usize = 50_000;
 
-/// A sweep over one scene.
+/// A sweep over one scene, with its measurements.
 pub(super) struct Sweep {
     pub(super) scene: String,
     size: (u32, u32),
-    /// The truth's own noise, RMS.
+    /// The noise of the truth, as a root mean square.
     noise: f64,
     key: &'static str,
     rays: u32,
     runs: usize,
-    /// The fastest first.
+    /// The rows, with the fastest first.
     pub(super) rows: Vec<TradeRow>,
-    /// The chapter's own rows, each with its decomposed error.
+    /// The combinations of the chapter's own rows, each with its decomposed error.
     parts: Vec<Decomposed>,
     arguments: String,
 }
 
 impl Sweep {
-    /// Traces the truth, and measures the settings.
+    /// Traces the truth, and measures all combinations of the sweep.
     pub(super) fn measure(lab: &Lab, subject: &Subject, runs: usize, progress: impl Fn()) -> Result<Sweep, Error> {
         // The sweep has a quarter of the report's pixels, because all of them are traced.
         let size = lab.small();
@@ -68,12 +69,12 @@ impl Sweep {
         })
     }
 
-    /// The settings of the chapter's own rows.
+    /// Returns the settings of the chapter's own rows.
     pub(super) fn chapter(&self) -> impl Iterator<Item = &Settings> {
         self.parts.iter().map(|(settings, _)| settings)
     }
 
-    /// The truth's noise beside each error that was measured against it.
+    /// Returns each error that was measured, together with the noise of the truth.
     pub(super) fn noises(&self) -> impl Iterator<Item = Noise> {
         self.rows.iter().map(|row| Noise { noise: self.noise, error: row.errors.rmse })
     }
@@ -88,7 +89,7 @@ impl Sweep {
         })
     }
 
-    /// The sweep as a part of the page.
+    /// Makes the part of the page that shows the sweep.
     pub(super) fn figure(&self) -> Result<Figure, Error> {
         let (width, height) = self.size;
         Ok(Figure {
@@ -127,7 +128,7 @@ impl Sweep {
 
     fn parts_table(&self) -> Table {
         let mut table = parts(&self.parts).without("method").renamed("samples", "");
-        // All rows have one method and one blur, so that their counts are enough to name them.
+        // All rows have the same method and blur, so the numbers of directions and steps are enough to name them.
         for (row, s) in table.rows.iter_mut().zip(self.chapter()) {
             row[0] = format!("{}/{}{}", s.directions, s.steps, if s.half_res { ", half" } else { "" });
         }

@@ -1,9 +1,9 @@
-//! Settings in a few words.
+//! Describes settings in a few words.
 
 use hbao::Settings;
 use hbao::settings::MethodBlur;
 
-/// What distinguishes settings from others of their method, in a few words.
+/// Describes in a few words what distinguishes these settings from others of the same method.
 pub(crate) fn words(s: &Settings) -> String {
     let counts: Vec<String> = s.method.counts(s).iter().map(u32::to_string).collect();
     let samples = counts.join("/");

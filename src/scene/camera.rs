@@ -3,8 +3,8 @@
 use crate::projection::Projection;
 use glam::{DVec2, DVec3};
 
-/// Where the eye stands, how it is turned, and what it sees. `right`, `up` and `forward` are unit vectors of world
-/// space, each perpendicular to the other two. Lengths are in scene units.
+/// The position and orientation of the eye, and the part of space that it sees. `right`, `up` and `forward` are unit
+/// vectors of world space, each perpendicular to the other two. Lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The eye's position in world space.
@@ -37,14 +37,15 @@ impl Camera {
         DVec3::new(self.right.dot(world), self.up.dot(world), self.forward.dot(world))
     }
 
-    /// A direction of eye space in world space, and so also a point of eye space relative to the eye; lengths stay.
+    /// Transforms a direction from eye space to world space. Its length does not change. For a point of eye space it
+    /// returns the offset from the eye in world space.
     pub fn direction_to_world(&self, eye_space: DVec3) -> DVec3 {
         eye_space.x * self.right + eye_space.y * self.up + eye_space.z * self.forward
     }
 
-    /// The ray through the point (u, v) of the picture, as its origin and its direction r in eye space. (0, 0) is the
-    /// lower left corner and (1, 1) the upper right. r.z is 1, so the point at depth z is origin + z r; r is not a unit
-    /// vector in perspective.
+    /// Returns the ray through the point (u, v) of the picture, as its origin and its direction r in eye space. (0, 0)
+    /// is the lower left corner and (1, 1) the upper right. r.z is 1, so the point at depth z is origin + z r; r is not
+    /// a unit vector in perspective.
     #[must_use]
     pub fn ray(&self, u: f64, v: f64) -> (DVec3, DVec3) {
         let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -57,8 +58,8 @@ impl Camera {
         }
     }
 
-    /// Where a point of eye space with z > 0 appears in the picture, as (u, v) of [`Camera::ray`]. The coordinates of
-    /// points beside the picture lie outside [0, 1].
+    /// Returns the position at which a point of eye space with z > 0 appears in the picture, as (u, v) of
+    /// [`Camera::ray`]. The coordinates of points beside the picture lie outside [0, 1].
     #[must_use]
     pub fn project(&self, eye_space: DVec3) -> DVec2 {
         let half = DVec2::from(self.projection.half_extents_at(eye_space.z));

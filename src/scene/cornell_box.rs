@@ -25,8 +25,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(2.0 * (FILM / (2.0 * FOCAL_LENGTH)).atan())),
             ..View::default()
         },
-        // This is a little less than the height of the short block, 165. The creases darken, and the middles of the
-        // walls stay open.
+        // This is a little less than the height of the short block, 165. With this radius the creases darken, and the
+        // middles of the walls stay light.
         radius: Some(150.0),
     })
 }

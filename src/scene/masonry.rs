@@ -35,13 +35,13 @@ pub(super) struct Opening {
 }
 
 impl Opening {
-    /// The points of the arch, from its left end to its right end.
+    /// Returns the points of the arch, from its left end to its right end.
     pub(super) fn arch(&self) -> Vec<DVec3> {
         let point = |(c, s): (f64, f64)| DVec3::new(self.middle - self.half * c, self.springing + self.rise * s, 0.0);
         (0..=self.chords).map(|i| point(circle(i, 2 * self.chords))).collect()
     }
 
-    /// The points of the outline, from the left end of the sill over the arch to the right end of the sill.
+    /// Returns the points of the outline, from the left end of the sill over the arch to the right end of the sill.
     fn outline(&self) -> Vec<DVec3> {
         let foot = |x: f64| DVec3::new(x, self.sill, 0.0);
         let (left, right) = (foot(self.middle - self.half), foot(self.middle + self.half));
@@ -49,8 +49,8 @@ impl Opening {
     }
 }
 
-/// The cosine and the sine of `i`/`n` of a full turn. At quarter turns they are exact, where libm's would be only
-/// nearly zero, so that points that should coincide there do.
+/// Returns the cosine and the sine of `i`/`n` of a full turn. At quarter turns the results are exactly 0, 1 or -1.
+/// libm's results would only be nearly 0, and points that should coincide would not.
 pub(super) fn circle(i: usize, n: usize) -> (f64, f64) {
     match (4 * i / n % 4, 4 * i % n) {
         (0, 0) => (1.0, 0.0),
@@ -67,7 +67,7 @@ pub(super) fn circle(i: usize, n: usize) -> (f64, f64) {
 /// The triangles built so far, each with the index of its colour.
 pub(super) struct Masonry {
     triangles: Vec<(usize, [DVec3; 3])>,
-    /// The index of the colour of what is built next.
+    /// The index of the colour of the triangles that are added next.
     colour: usize,
 }
 
@@ -76,13 +76,13 @@ impl Masonry {
         Masonry { triangles: Vec::new(), colour: 0 }
     }
 
-    /// Sets the material, as an index into the colours, of what is built next.
+    /// Sets the material of the triangles that are added next, as an index into the colours.
     pub(super) fn made_of(&mut self, colour: usize) -> &mut Masonry {
         self.colour = colour;
         self
     }
 
-    /// Adds what `build` builds, and its mirror image across z = 0.
+    /// Adds everything that `build` adds, and its mirror image across z = 0.
     pub(super) fn mirrored(&mut self, build: impl FnOnce(&mut Masonry)) {
         let start = self.triangles.len();
         build(self);
@@ -92,7 +92,8 @@ impl Masonry {
     }
 
     fn triangle(&mut self, a: DVec3, b: DVec3, c: DVec3) {
-        // A quad has a side of length 0 at a pole, and two of them if its height is 0. Such triangles are left out.
+        // At a pole a side of a quad has length 0, and if the quad's height is 0, two sides have. The triangles that
+        // would have no area are left out.
         if a != b && b != c && c != a {
             self.triangles.push((self.colour, [a, b, c]));
         }

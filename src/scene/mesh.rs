@@ -19,7 +19,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The colours. Each group is a run of `triangles`, and the groups cover all triangles in order.
     pub groups: Vec<Group>,
-    /// The normals as they were given, of any length: one per position, (0, 0, 0) where unknown. Or empty.
+    /// The normals as they were given, of any length: one for each position, which is (0, 0, 0) if the normal is
+    /// unknown. The list is empty if no normals were given.
     normals: Vec<DVec3>,
 }
 
@@ -81,7 +82,7 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Gives the mesh these normals, one per position. They may have any length, and are (0, 0, 0) where unknown.
+    /// Gives the mesh these normals, one per position. They may have any length, and an unknown normal is (0, 0, 0).
     ///
     /// # Errors
     /// [`Error::Usage`] unless there are as many normals as positions, all of them finite.
@@ -93,7 +94,7 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Computes a unit normal for each position. It is the normal that the mesh was given, or where that is unknown,
+    /// Computes a unit normal for each position. It is the normal that the mesh was given. If that is unknown, it is
     /// the mean of the normals of all triangles that meet at this point, weighted by their areas. A point at which all
     /// triangles have zero area gets (0, 1, 0).
     ///
@@ -120,7 +121,7 @@ impl Mesh {
         self.positions.iter().zip(known).map(|(p, n)| n.unwrap_or_else(|| averaged(p))).collect()
     }
 
-    /// The same surface, with every triangle divided into four at the middles of its sides.
+    /// Returns the same surface, with every triangle divided into four at the middles of its sides.
     #[must_use]
     pub fn subdivided(&self) -> Mesh {
         let mut positions = self.positions.clone();
@@ -148,14 +149,14 @@ impl Mesh {
         Mesh { positions, triangles, groups, normals }
     }
 
-    /// The bounding box of all positions, as its smallest and its largest corner.
+    /// Returns the bounding box of all positions, as its smallest and its largest corner.
     #[must_use]
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.positions.iter().fold(empty, |(low, high), &p| (low.min(p), high.max(p)))
     }
 
-    /// The length of the bounding box's diagonal, in scene units.
+    /// Returns the length of the bounding box's diagonal, in scene units.
     #[must_use]
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
@@ -163,8 +164,8 @@ impl Mesh {
     }
 }
 
-/// The unit vector along `n`, or `None` if `n` is zero. `n` is scaled first, so that its length neither overflows nor
-/// underflows.
+/// Returns the unit vector along `n`, or `None` if `n` is zero. `n` is scaled first, so that its length neither
+/// overflows nor underflows.
 fn unit(n: DVec3) -> Option<DVec3> {
     let largest = n.abs().max_element();
     (largest > 0.0).then(|| (n / largest).normalize())

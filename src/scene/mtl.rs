@@ -18,7 +18,7 @@ pub(super) const MOST_LIBRARIES: usize = 200;
 /// materials are ignored.
 ///
 /// Of each material only `Kd` is read. Many files have mistakes in other statements (`illum 2.0`, comments in Latin-1),
-/// which do not matter here.
+/// which therefore do not matter.
 pub(super) fn colours(
     file: impl BufRead,
     path: &Path,
@@ -58,8 +58,8 @@ fn colour<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f32; 3], Stri
     Ok(numbers.map(|x| x.clamp(0.0, 1.0) as f32))
 }
 
-/// The MTL files that one `mtllib` statement names. All of them must lie in one of the model's `folders`: models are
-/// often files from somebody else, and must not be able to make this program open files elsewhere.
+/// Returns the MTL files that one `mtllib` statement names. All of them must lie in one of the model's `folders`:
+/// models are often files from somebody else, and must not be able to make this program open files elsewhere.
 pub(super) fn libraries(folders: &[PathBuf], name: &str) -> Result<Vec<PathBuf>, String> {
     // The words are taken for several names only if all end in `.mtl` and no file has all of them as its name: a name
     // that contains spaces is more frequent than a statement with several names.

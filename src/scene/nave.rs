@@ -1,5 +1,5 @@
-//! The built-in nave: a generated church interior. It stands in for the model of the cathedral of Sibenik where that is
-//! not available.
+//! The built-in nave: a generated church interior. It replaces the model of the cathedral of Sibenik if that is not
+//! available.
 //!
 //! Lengths are in metres. x points east, y up and z south, and the floor of the nave is at y = 0. The northern half is
 //! the mirror image of the southern half.
@@ -58,7 +58,7 @@ const EAST: f64 = 7.0;
 /// How many bays the nave has, and the length of one.
 const BAYS: usize = 6;
 const BAY: f64 = 4.5;
-/// How far parts reach into other parts that they meet.
+/// The length by which parts reach into other parts that they meet.
 const INTO: f64 = 0.05;
 
 /// Distances from the middle, in z: the nave's walls, the faces of these walls in the aisles, and the outer walls of
@@ -71,7 +71,7 @@ const AISLE: f64 = 8.0;
 const AISLE_FLOOR: f64 = 0.15;
 const SILL_FLOOR: f64 = 1.2;
 const CHOIR_FLOOR: f64 = 1.35;
-/// Where the arch before the apse begins in x, and the apse's radius.
+/// The x at which the arch before the apse begins, and the apse's radius.
 const CHOIR_END: f64 = 14.0;
 const APSE: f64 = 3.2;
 
@@ -103,8 +103,8 @@ pub(super) fn scene() -> Result<Scene, Error> {
             lens: Some(Lens::FovY(60_f64.to_radians())),
             ..View::default()
         },
-        // This is somewhat more than the width of the columns' capitals. Creases and contacts darken, and the middles
-        // of walls and floors stay open.
+        // This is somewhat more than the width of the columns' capitals. With this radius creases and contacts darken,
+        // and the middles of walls and floors stay light.
         radius: Some(1.5),
     })
 }
@@ -132,7 +132,7 @@ fn mesh() -> Result<Mesh, Error> {
     masonry.mesh(&COLOURS)
 }
 
-/// The floors, and the steps up to the choir.
+/// Adds the floors, and the steps up to the choir.
 fn floors(m: &mut Masonry) {
     let east = EAST + 0.1;
     let strip = |m: &mut Masonry, y: f64, z: [f64; 2]| {
@@ -145,7 +145,7 @@ fn floors(m: &mut Masonry) {
         // The step from the nave up to the columns.
         m.patch(1, 1, |i, j| dvec3([WEST - INTO, east][i], [-INTO, AISLE_FLOOR][j], 3.2));
     });
-    // The round steps, then the floor under the chancel arch, then the floor of choir and apse.
+    // This adds the round steps, then the floor under the chancel arch, then the floor of choir and apse.
     const STEPS: usize = 7;
     let mut profile = Vec::new();
     for k in 0..STEPS {
@@ -159,7 +159,7 @@ fn floors(m: &mut Masonry) {
     m.plinth([EAST + 0.7, -INTO, -NAVE - 0.1], [CHOIR_END + 4.0, CHOIR_FLOOR, NAVE + 0.1]);
 }
 
-/// What stands between two bays: a column, the shaft above it, the aisle's pilaster, and a rib of the aisle's vault.
+/// Adds the parts between two bays: a column, the shaft above it, the aisle's pilaster, and a rib of the aisle's vault.
 fn bay_line(m: &mut Masonry, x: f64) {
     const PROFILE: [[f64; 2]; 11] = [
         [0.50, 0.38],
@@ -176,7 +176,7 @@ fn bay_line(m: &mut Masonry, x: f64) {
     ];
     let middle = NAVE.midpoint(OUTER);
     m.made_of(COLUMN).plinth([x - 0.56, AISLE_FLOOR - INTO, middle - 0.56], [x + 0.56, 0.40, middle + 0.56]);
-    // Of the columns at both ends, only the half that is not inside the wall is built.
+    // At both ends of the nave, only the half of a column that is not inside the wall is built.
     let half = if x == WEST { [9, 15] } else { [3, 9] };
     let around = if x == WEST || x == EAST { half } else { [0, 12] };
     m.lathe(dvec3(x, 0.0, middle), 12, around, &PROFILE);
@@ -191,17 +191,17 @@ fn bay_line(m: &mut Masonry, x: f64) {
     m.made_of(VAULT).rib(&arc(foot, aisle_half(0.0), AISLE_RISE, AISLE_CELLS), 0.2 * DVec3::X, foot, [INTO, 0.12]);
 }
 
-/// Half the extent of an aisle's bay: all of it in z, and the share `along` of it in x.
+/// Returns half the extent of an aisle's bay. In z this is half of the whole bay, in x half of the share `along` of it.
 fn aisle_half(along: f64) -> DVec3 {
     dvec3(along * BAY / 2.0, 0.0, (AISLE - OUTER) / 2.0 + INTO)
 }
 
-/// The points of half an ellipse over its centre `foot`, from `foot - half` to `foot + half`.
+/// Returns the points of half an ellipse over its centre `foot`, from `foot - half` to `foot + half`.
 fn arc(foot: DVec3, half: DVec3, rise: f64, chords: usize) -> Vec<DVec3> {
     (0..=chords).map(|i| circle(i, 2 * chords)).map(|(c, s)| foot - c * half + s * rise * DVec3::Y).collect()
 }
 
-/// One bay on one side: the arcade's arch, the gallery, the clerestory's window, and the aisle's vault and window.
+/// Adds one bay on one side: the arcade's arch, the gallery, the clerestory's window, and the aisle's vault and window.
 fn bay(m: &mut Masonry, x: f64) {
     let across = [x - BAY / 2.0, x + BAY / 2.0];
     let wall = |p: DVec3| dvec3(p.x, p.y, NAVE + p.z);
@@ -241,8 +241,8 @@ fn bay(m: &mut Masonry, x: f64) {
     groin_vault(m.made_of(VAULT), foot, aisle_half(1.0), AISLE_RISE, AISLE_CELLS);
 }
 
-/// A groin vault: two barrel vaults that cross, with a rib along each diagonal. `foot` is the middle of the rectangle
-/// that it covers, and `half` is half of the rectangle's diagonal.
+/// Adds a groin vault: two barrel vaults that cross, with a rib along each diagonal. `foot` is the middle of the
+/// rectangle that it covers, and `half` is half of the rectangle's diagonal.
 fn groin_vault(m: &mut Masonry, foot: DVec3, half: DVec3, rise: f64, cells: usize) {
     m.patch(cells, cells, |i, j| {
         let ((u, high), (v, over)) = (circle(i, 2 * cells), circle(j, 2 * cells));
@@ -256,13 +256,13 @@ fn groin_vault(m: &mut Masonry, foot: DVec3, half: DVec3, rise: f64, cells: usiz
     m.lathe(foot + rise * DVec3::Y, 8, [0, 8], &[[0.0, -0.22], [0.22, -0.18], [0.22, 0.02]]);
 }
 
-/// A baluster with its foot at `foot`.
+/// Adds a baluster with its foot at `foot`.
 fn baluster(m: &mut Masonry, foot: DVec3, height: f64) {
     const PROFILE: [[f64; 2]; 5] = [[0.1, 0.0], [0.05, 0.14], [0.11, 0.4], [0.045, 0.8], [0.09, 1.0]];
     m.lathe(foot, 6, [0, 6], &PROFILE.map(|[radius, y]| [radius, y * height]));
 }
 
-/// The mouldings below the gallery and below the clerestory.
+/// Adds the mouldings below the gallery and below the clerestory.
 fn string_courses(m: &mut Masonry) {
     let x = [WEST - INTO, EAST + INTO];
     // Each point is the height above the course, and how far it projects from the wall.
@@ -272,7 +272,7 @@ fn string_courses(m: &mut Masonry) {
     }
 }
 
-/// The nave's vaults, and the ribs between its bays.
+/// Adds the nave's vaults, and the ribs between its bays.
 fn vault(m: &mut Masonry) {
     let half = dvec3(BAY / 2.0, 0.0, NAVE + INTO);
     m.made_of(VAULT);
@@ -285,7 +285,7 @@ fn vault(m: &mut Masonry) {
     }
 }
 
-/// The walls at both ends of an aisle, with a window in the west and an altar in a niche in the east.
+/// Adds the walls at both ends of an aisle, with a window in the west and an altar in a niche in the east.
 fn aisle_ends(m: &mut Masonry) {
     let (across, high) = ([OUTER - INTO, AISLE + INTO], [AISLE_FLOOR - INTO, AISLE_TOP]);
     let opening = Opening { middle: 6.2, half: 0.7, sill: 2.0, springing: 3.8, rise: 0.7, chords: 8 };
@@ -302,13 +302,13 @@ fn aisle_ends(m: &mut Masonry) {
     m.block([EAST - 1.0, 1.05, 5.1], [EAST - 0.02, 1.2, 7.3]);
 }
 
-/// The screen before the choir, and the one that closes the aisle's last bay.
+/// Adds the screen before the choir, and the one that closes the aisle's last bay.
 fn screens(m: &mut Masonry) {
     screen(m, EAST + 0.3, SILL_FLOOR, [1.3, 3.05], 7);
     screen(m, EAST - BAY, AISLE_FLOOR, [4.7, 7.75], 10);
 }
 
-/// A balustrade from z[0] to z[1]: a base, balusters, a rail, and a post at z[0].
+/// Adds a balustrade from z[0] to z[1]: a base, balusters, a rail, and a post at z[0].
 fn screen(m: &mut Masonry, x: f64, floor: f64, z: [f64; 2], balusters: usize) {
     m.made_of(MARBLE).plinth([x - 0.14, floor - INTO, z[0]], [x + 0.14, floor + 0.12, z[1]]);
     m.block([x - 0.13, floor + 0.85, z[0]], [x + 0.13, floor + 0.98, z[1]]);
@@ -319,7 +319,7 @@ fn screen(m: &mut Masonry, x: f64, floor: f64, z: [f64; 2], balusters: usize) {
     }
 }
 
-/// Eight rows of pews.
+/// Adds eight rows of pews.
 fn pews(m: &mut Masonry) {
     m.made_of(WOOD);
     for k in 0..8 {
@@ -332,7 +332,7 @@ fn pews(m: &mut Masonry) {
     }
 }
 
-/// One side of the choir: a wall with two windows and a cornice, and stalls.
+/// Adds one side of the choir: a wall with two windows and a cornice, and stalls.
 fn choir_side(m: &mut Masonry) {
     let wall = |p: DVec3| dvec3(p.x, p.y, NAVE + p.z);
     let (start, width) = (EAST + 0.75, (CHOIR_END - EAST - 0.75) / 2.0);
@@ -357,7 +357,7 @@ fn choir_side(m: &mut Masonry) {
     }
 }
 
-/// The west wall, the chancel arch, the choir's vault, and the arch before the apse.
+/// Adds the west wall, the chancel arch, the choir's vault, and the arch before the apse.
 fn ends(m: &mut Masonry) {
     let west = |p: DVec3| dvec3(WEST + INTO - p.z, p.y, p.x);
     let across = [-NAVE - INTO, NAVE + INTO];
@@ -385,13 +385,13 @@ fn ends(m: &mut Masonry) {
     archivolt(m, CHOIR_END + 0.05, &arch);
 }
 
-/// The moulding around an arch that spans the church from north to south.
+/// Adds the moulding around an arch that spans the church from north to south.
 fn archivolt(m: &mut Masonry, x: f64, arch: &Opening) {
     let path: Vec<_> = arch.arch().into_iter().map(|p| dvec3(x, p.y, p.x)).collect();
     m.made_of(COLUMN).archivolt(&path, 0.47 * DVec3::X, dvec3(x, arch.springing, 0.0), [0.25, 0.1]);
 }
 
-/// The apse: a round wall with five windows and mouldings, and a quarter of a sphere above it.
+/// Adds the apse: a round wall with five windows and mouldings, and a quarter of a sphere above it.
 fn apse(m: &mut Masonry) {
     let centre = dvec3(CHOIR_END + 0.25, 0.0, 0.0);
     let round = |p: DVec3| {
@@ -413,7 +413,7 @@ fn apse(m: &mut Masonry) {
     m.lathe(centre, 40, [30, 50], &dado);
 }
 
-/// The altar on its two steps, with four candles and a cross.
+/// Adds the altar on its two steps, with four candles and a cross.
 fn altar(m: &mut Masonry) {
     let floor = CHOIR_FLOOR - INTO;
     m.made_of(FLOOR).plinth([13.0, floor, -2.0], [16.4, 1.5, 2.0]);

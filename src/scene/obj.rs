@@ -1,12 +1,13 @@
 //! Reads OBJ files into meshes.
 //!
-//! The file is read statement by statement. Only what a mesh is made of is kept: positions, normals, and triangles,
-//! into which each face is divided as soon as it is read. The memory that is needed therefore depends on what the file
+//! The file is read statement by statement. It keeps only the parts of a mesh: positions, normals, and triangles, into
+//! which each face is divided as soon as it is read. The memory that is needed therefore depends on what the file
 //! contains: statements that are not understood need none, and the worst case is 20 bytes of memory for each byte of
 //! the file (`tests/memory.rs`), which occurs in a file of large faces with short indices. No memory is reserved
 //! because of a number that the file claims.
 //!
-//! This reader exists because of what tobj does; the tests compare the two on the files that both can read. tobj 4.0.5
+//! This reader exists because tobj has the following faults. The tests compare the two on the files that both can read.
+//! tobj 4.0.5
 //! - keeps some hundred bytes for each face, whose statement may have only eight;
 //! - does not name lines in its errors;
 //! - panics on `vt` and `vn` indices that point before the first element, or are near 2^63;
@@ -39,7 +40,7 @@ const MOST: usize = u32::MAX as usize;
 /// The index of a corner that has no normal.
 const NONE: u32 = u32::MAX;
 
-/// What has been read of a model.
+/// The parts of a model that have been read so far.
 #[derive(Default)]
 struct Model {
     positions: Vec<DVec3>,
@@ -74,8 +75,8 @@ impl Mesh {
     /// kept in float64.
     ///
     /// # Errors
-    /// [`Error::Input`] if a file cannot be read or is invalid. The message names the file, and the line where there is
-    /// one. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements longer
+    /// [`Error::Input`] if a file cannot be read or is invalid. The message names the file and, if there is one, the
+    /// line. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements longer
     /// than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
     pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
         if path.is_dir() {
@@ -106,7 +107,7 @@ impl Mesh {
     /// the whole model has been read, `open` is called with the name in each `mtllib` statement, and opens that file.
     ///
     /// # Errors
-    /// As [`Mesh::load_obj`], and if `open` fails.
+    /// The same as for [`Mesh::load_obj`], and the error of `open` if it fails.
     pub fn read_obj<M: BufRead>(
         obj: impl BufRead,
         name: &Path,
@@ -286,8 +287,8 @@ impl Model {
 }
 
 impl Vertices {
-    /// The number of the vertex for this pair of indices. If there is none yet, it is made from the position and the
-    /// normal.
+    /// Returns the number of the vertex for this pair of indices. If there is none yet, it is made from the position
+    /// and the normal.
     fn vertex(&mut self, corner: [u32; 2], position: DVec3, normal: Option<&DVec3>) -> u32 {
         *self.number_of.entry(corner).or_insert_with(|| {
             if let Some(&normal) = normal {

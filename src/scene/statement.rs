@@ -87,27 +87,27 @@ pub(super) struct Statement<'a> {
 }
 
 impl<'a> Statement<'a> {
-    /// The number of the line on which the statement starts, counted from 1.
+    /// Returns the number of the line on which the statement starts, counted from 1.
     pub(super) fn line(&self) -> u64 {
         self.line
     }
 
-    /// The first word.
+    /// Returns the first word.
     pub(super) fn keyword(&self) -> &'a str {
         self.text.split_whitespace().next().unwrap_or("")
     }
 
-    /// Everything after the keyword. This is how names are read, since they may contain spaces and `#`.
+    /// Returns everything after the keyword. Names are read in this way, since they may contain spaces and `#`.
     pub(super) fn name(&self) -> &'a str {
         self.text.split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim())
     }
 
-    /// The words after the keyword, up to a comment if there is one.
+    /// Returns the words after the keyword, up to a comment if there is one.
     pub(super) fn words(&self) -> impl Iterator<Item = &'a str> {
         self.text.split_whitespace().skip(1).take_while(|word| !word.starts_with('#'))
     }
 
-    /// The error that this statement is invalid, because of `what`.
+    /// Returns the error that this statement is invalid, because of `what`.
     pub(super) fn refuse(&self, what: impl AsRef<str>) -> Error {
         Error::input(self.path, format!("line {}: {}", self.line, what.as_ref()))
     }

@@ -1,4 +1,4 @@
-//! Makes a camera from what the user says about it. Whatever the user does not say follows from the scene.
+//! Makes a camera from the values that the user gives. All other values follow from the scene.
 
 use super::mesh::FARTHEST;
 use super::{Camera, Mesh, Projection};
@@ -10,13 +10,14 @@ use std::f64::consts::FRAC_PI_4;
 const SMALLEST: f64 = 1e-15;
 /// When a scene is framed, its bounding box leaves this share of the picture's half size free on each side.
 const MARGIN: f64 = 0.05;
-/// What lies further from the camera than this share of the scene's farthest depth is never clipped.
+/// The smallest near depth that is chosen, as a share of the scene's farthest depth. Everything that lies further from
+/// the camera than that is never clipped.
 const NEAR_OF_FAR: f64 = 1e-4;
-/// How far the planes are moved away from the nearest and the farthest vertex, relative to their depths, so that
-/// rounding does not clip either.
+/// The share of the depth of the nearest and the farthest vertex by which the planes are moved away from them, so that
+/// rounding clips neither.
 const STAND_OFF: f64 = 1e-3;
 
-/// What is known about a camera. [`View::camera`] derives from the scene what is `None`.
+/// The known values of a camera. [`View::camera`] derives the values that are `None` from the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct View {
     /// The eye's position in world space.
@@ -44,9 +45,9 @@ pub enum Lens {
 }
 
 impl View {
-    /// This view, completed from `scene`, the scene's own view. For example, if only the eye is given, it looks at the
-    /// scene's own target. `scene`'s near and far are not used if this view has an eye or a target, because they suit
-    /// only the scene's own position of the camera.
+    /// Returns this view, completed from `scene`, the scene's own view. For example, if only the eye is given, it looks
+    /// at the scene's own target. `scene`'s near and far are not used if this view has an eye or a target, because they
+    /// suit only the scene's own position of the camera.
     #[must_use]
     pub fn or(&self, scene: &View) -> View {
         let moved = self.eye.is_some() || self.target.is_some();
@@ -61,13 +62,14 @@ impl View {
         }
     }
 
-    /// The camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.
+    /// Returns the camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.
     ///
     /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up),
     ///   and somewhat from the right and from above. In an orthographic view the height decides how much of it is in
     ///   the picture.
     /// - Without a target, the eye looks at the centre of the bounding box.
-    /// - Without near or far, these enclose the scene, except that near is at least 1e-4 of the farthest z.
+    /// - Without a near or far plane, the planes are chosen so that they enclose the scene, except that near is at
+    ///   least 1e-4 of the farthest z.
     ///
     /// # Errors
     /// [`Error::Usage`] for what [`View::check`] refuses, for a picture without pixels, for an eye at the centre of the
@@ -151,7 +153,7 @@ impl View {
         }
     }
 
-    /// The near and the far plane: those that the view gives, or else those that enclose the scene.
+    /// Returns the near and the far plane: those that the view gives, or otherwise those that enclose the scene.
     fn planes(&self, camera: &Camera, mesh: &Mesh, notices: &mut Vec<String>) -> Result<(f64, f64), Error> {
         let depths = mesh.positions.iter().map(|&p| camera.to_eye(p).z);
         let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
@@ -169,8 +171,8 @@ impl View {
             }
             return Ok((near, far));
         }
-        // `check` has ruled out that both planes are given in the wrong order. So one of them follows from the scene
-        // and does not fit the other, or both do, and the scene lies beyond 1e15.
+        // `check` has ruled out that both planes are given in the wrong order. So either one of them follows from the
+        // scene and does not fit the other, or both follow from the scene, which then lies beyond 1e15.
         match self.near {
             Some(near) if near * 2.0 <= FARTHEST => {
                 notices.push(format!("--near {near:?} lies beyond the whole scene: nothing is in view"));
@@ -207,14 +209,14 @@ fn usage<T>(what: String) -> Result<T, Error> {
     Err(Error::Usage(what))
 }
 
-/// The unit vector along `v`, which must not be zero. `v` is scaled first, so that its length neither overflows nor
-/// underflows.
+/// Returns the unit vector along `v`, which must not be zero. `v` is scaled first, so that its length neither overflows
+/// nor underflows.
 fn unit(v: DVec3) -> DVec3 {
     (v / v.abs().max_element()).normalize()
 }
 
-/// The picture's right and up vectors. If `up` is parallel to the direction of view, the axis that is most nearly
-/// perpendicular to it takes the place of `up`.
+/// Returns the picture's right and up vectors. If `up` is parallel to the direction of view, the axis that is most
+/// nearly perpendicular to it takes the place of `up`.
 fn upright(forward: DVec3, up: DVec3, notices: &mut Vec<String>) -> (DVec3, DVec3) {
     // Smaller angles between `up` and the direction of view count as parallel, in radians. This is far above rounding
     // errors, and smaller than any angle that is meant.
@@ -234,8 +236,8 @@ fn upright(forward: DVec3, up: DVec3, notices: &mut Vec<String>) -> (DVec3, DVec
     (right, right.cross(forward))
 }
 
-/// The direction of view that shows a model from its front, somewhat from the right and from above. The front faces +z
-/// if y is up, and -y if z is up, as is usual in models.
+/// Returns the direction of view that shows a model from its front, somewhat from the right and from above. The front
+/// faces +z if y is up, and -y if z is up, as is usual in models.
 fn framing_direction(up: DVec3) -> DVec3 {
     let front = if up.z.abs() > 0.9 { DVec3::NEG_Y * up.z.signum() } else { DVec3::Z };
     let right = up.cross(front).normalize();
@@ -243,7 +245,7 @@ fn framing_direction(up: DVec3) -> DVec3 {
     -(right * 0.5 + up * 0.4 + front).normalize()
 }
 
-/// The corners of a bounding box, in the camera's eye space.
+/// Returns the corners of a bounding box, in the camera's eye space.
 fn corners(axes: &Camera, (low, high): (DVec3, DVec3)) -> impl Iterator<Item = DVec3> + Clone {
     (0..8).map(move |i| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
@@ -251,14 +253,15 @@ fn corners(axes: &Camera, (low, high): (DVec3, DVec3)) -> impl Iterator<Item = D
     })
 }
 
-/// True if the bounding box is so small that float64 hardly tells it from a point, at its distance from the origin.
+/// Returns true if the bounding box is so small that float64 hardly tells it from a point, at its distance from the
+/// origin.
 fn is_a_point(axes: &Camera, bounds: (DVec3, DVec3)) -> bool {
     let size = corners(axes, bounds).map(DVec3::length).fold(0.0, f64::max);
     size <= (1e-9 * axes.eye.length()).max(SMALLEST)
 }
 
-/// How far the eye must stand back from the target to have the whole bounding box in the picture. The eye of `axes` is
-/// the target. A box that is a point is looked at from some distance, too.
+/// Returns how far the eye must be from the target so that the picture shows the whole bounding box. The eye of `axes`
+/// is the target. A box that is a point also gets a distance above 0.
 fn framing_distance(axes: &Camera, bounds: (DVec3, DVec3)) -> f64 {
     let corners = corners(axes, bounds);
     let size = corners.clone().map(DVec3::length).fold(0.0, f64::max);

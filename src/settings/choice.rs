@@ -15,13 +15,13 @@ macro_rules! choice {
             /// The names of the variants, as flags and files spell them.
             pub const NAMES: &'static [&'static str] = &[$($text),+];
 
-            /// The name of the variant, as flags and files spell it.
+            /// Returns the name of the variant, as flags and files spell it.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $($name::$variant => $text),+ }
             }
 
-            /// The variant with this name, or an error message that lists all names.
+            /// Returns the variant with this name, or an error message that lists all names.
             pub(super) fn parse(text: &str) -> Result<$name, String> {
                 let found = Self::ALL.iter().find(|variant| variant.name() == text).copied();
                 found.ok_or_else(|| {
@@ -72,7 +72,7 @@ choice! {
 }
 
 choice! {
-    /// Which tangent the elevation of a sample is measured from.
+    /// The tangent from which the elevation of a sample is measured.
     Grounding {
         /// The tangent towards the sample itself (Eq. 6.2.9).
         #[default]

@@ -54,8 +54,8 @@ impl Settings {
         Ok(())
     }
 
-    /// The text of a settings file that holds every setting, one line each, in the order of [`KNOBS`]. A setting that
-    /// has no value of its own, because it follows from other settings, is left out.
+    /// Returns the text of a settings file that holds every setting, one line each, in the order of [`KNOBS`]. A
+    /// setting that has no value of its own, because it follows from other settings, is left out.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let set = KNOBS.iter().filter(|knob| !knob.is_unset(self));

@@ -14,9 +14,10 @@ pub enum Idle {
     NoBlur,
     /// The method has its own blur, whose size is fixed.
     OwnBlur(Method),
-    /// The setting asks for depth at half size, and at half resolution the method reads only those texels anyway.
+    /// The setting chooses the size of the depth image, and at half resolution the method reads only the texels of
+    /// half-size depth anyway.
     HalfResolution,
-    /// The setting belongs to pixels that hold several surfaces, and a pixel with one depth sample holds only one.
+    /// The setting concerns pixels that hold several surfaces, and a pixel with one depth sample holds only one.
     OneSample,
 }
 
@@ -35,8 +36,9 @@ impl fmt::Display for Idle {
 }
 
 impl Settings {
-    /// Why the setting of this name (a name of [`KNOBS`](super::KNOBS)) has no effect on ambient occlusion, given the
-    /// values of the other settings. `None` if it has an effect. Settings of the G-buffer always have one.
+    /// Returns why the setting of this name (a name of [`KNOBS`](super::KNOBS)) has no effect on ambient occlusion,
+    /// given the values of the other settings. `None` if it has an effect. Settings of the G-buffer always have an
+    /// effect.
     #[must_use]
     pub fn idle(&self, knob: &str) -> Option<Idle> {
         if !self.method.reads(knob) {

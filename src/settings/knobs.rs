@@ -8,7 +8,7 @@ use super::{
 use crate::Error;
 use std::fmt;
 
-/// Which values a setting takes.
+/// The values that a setting accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Kind {
@@ -92,8 +92,8 @@ impl Knob {
         (self.put)(settings, text).map_err(|what| Error::Usage(format!("{}: {what}", self.name)))
     }
 
-    /// The value as text that [`Knob::set`] reads. It is empty for a setting that has no value of its own, because it
-    /// follows from other settings.
+    /// Returns the value as text that [`Knob::set`] can read. The text is empty for a setting without a value of its
+    /// own, whose value follows from other settings.
     #[must_use]
     pub fn text(&self, settings: &Settings) -> String {
         match (self.get)(settings) {
@@ -106,7 +106,7 @@ impl Knob {
         }
     }
 
-    /// The value, if it is a whole number.
+    /// Returns the value, if it is a whole number.
     #[must_use]
     pub fn count(&self, settings: &Settings) -> Option<u32> {
         match (self.get)(settings) {
@@ -115,7 +115,7 @@ impl Knob {
         }
     }
 
-    /// True for a setting that has no value of its own, because it follows from other settings.
+    /// Returns true for a setting without a value of its own, whose value follows from other settings.
     pub(super) fn is_unset(&self, settings: &Settings) -> bool {
         self.text(settings).is_empty()
     }
@@ -163,8 +163,8 @@ fn length(text: &str) -> Result<Radius, String> {
     parsed.map_err(|_| format!("'{}' is neither a finite length above 0 nor such a number and %", Error::shown(text)))
 }
 
-/// Converts radians to the degrees that a user typed to get them. For 30 degrees this is 30, although 30 degrees
-/// converted to radians and back are 29.999999999999996. Converting the result to radians gives the same number again.
+/// Converts radians to the number of degrees that the user typed. For 30 degrees the result is 30, although converting
+/// 30 degrees to radians and back gives 29.999999999999996. Converting the result to radians gives `radians` again.
 fn typed_degrees(radians: f64) -> f64 {
     let degrees = radians.to_degrees();
     let short = (degrees * 1e10).round() / 1e10;
@@ -216,30 +216,54 @@ macro_rules! knobs {
 
 knobs! {
     "method" "METHOD" method Word: Method = "The ambient occlusion method";
-    "radius" "R" radius Length = "R, beyond which nothing occludes: scene units, or N% of the bounding box's diagonal";
-    "directions" "N" directions Count(1, 64) = "N_d, the directions about each pixel";
-    "steps" "N" steps Count(1, 256) = "N_s, the steps along each direction";
-    "rays" "N" rays Count(1, 64) = "N_r, the rays of ray-march at each azimuth";
-    "bias" "DEG" bias Degrees(0.0, 89.0) = "The angle by which tangents are raised, which hides creases of coarse meshes";
-    "strength" "S" strength Positive = "The factor on the occlusion";
-    "attenuation" "W" attenuation Word: Attenuation = "W(r), an occluder's weight: 1 - (r/R)^2, 1 - r/R, or 1";
-    "snap" "SNAP" snap Word: Snap = "Round samples to texel centres: the step once, each sample, or not at all";
-    "clamp" "CLAMP" clamp Word: Clamp = "Put a sample beyond the border at the border texel, or only take its depth from there";
-    "grounding" "TANGENT" grounding Word: Grounding = "Measure elevations from each sample's tangent (Eq. 6.2.9) or its direction's (6.2.8)";
-    "normals" "NORMALS" normals Word: Normals = "Normals from screen derivatives, or interpolated from the vertices";
-    "jitter" "JITTER" jitter Word: Jitter = "Rotate directions and offset steps by a 4x4 tile, or not";
-    "blur" "N" blur OddOrZero(3, 41) = "The blur's width in texels; 0 is off";
-    "blur-kernel" "KERNEL" blur_kernel Word: BlurKernel = "The blur in X then Y, or over the whole square";
-    "blur-depth-sigma" "Z" blur_depth_sigma PositiveOrUnset = "The depth difference, in scene units, that the blur takes for an edge";
-    "msaa" "N" msaa OneOf(&[1, 2, 4, 8]) = "Depth samples per pixel, or as many as the driver has";
-    "edges" "EDGES" edges Word: Edges = "On pixels of several surfaces, blur around every depth sample, or around one as elsewhere";
-    "half-res" "" half_res Switch = "Ambient occlusion at half the width and height, which the blur brings to full size";
-    "ssao-samples" "N" ssao_samples OneOf(&[8, 16, 24]) = "ssao: the samples about each pixel";
-    "ssao-rotation" "ROTATION" ssao_rotation Word: SsaoRotation = "ssao: turn the offsets by the tile's vector, or mirror them at its plane";
-    "ssao-depth" "SIZE" ssao_depth Word: SsaoDepth = "ssao: samples read depth at full size, or at half";
-    "ssao-normals" "NORMALS" ssao_normals Word: Toggle = "ssao: flip offsets to the side that the normal points to, or not";
-    "ssao-curve" "CURVE" ssao_curve Word: Toggle = "ssao: end with A^2 + A, or with A";
-    "ao-format" "FORMAT" ao_format Word: AoFormat = "Texture format of ambient occlusion";
-    "normal-format" "FORMAT" normal_format Word: NormalFormat = "Texture format of normals";
-    "depth-format" "FORMAT" depth_format Word: DepthFormat = "Texture format of linear depth";
+    "radius" "R" radius Length =
+        "R, the distance beyond which nothing occludes, in scene units or as N% of the bounding box's diagonal";
+    "directions" "N" directions Count(1, 64) = "N_d, the number of directions around each pixel";
+    "steps" "N" steps Count(1, 256) = "N_s, the number of steps along each direction";
+    "rays" "N" rays Count(1, 64) = "N_r, the number of rays that ray-march casts at each azimuth";
+    "bias" "DEG" bias Degrees(0.0, 89.0) =
+        "The angle by which tangents are raised, so that the creases of coarse meshes do not show";
+    "strength" "S" strength Positive = "The factor by which the occlusion is multiplied";
+    "attenuation" "W" attenuation Word: Attenuation =
+        "W(r), the weight of an occluder at the distance r: quadratic is 1 - (r/R)^2, linear 1 - r/R, none 1";
+    "snap" "SNAP" snap Word: Snap =
+        "How samples are rounded to texel centres: step rounds the first offset and the step once, sample rounds \
+         the offset of each sample, none does not round";
+    "clamp" "CLAMP" clamp Word: Clamp =
+        "Where a sample beyond the border lies: position puts it at the border texel, depth takes only its depth \
+         from there";
+    "grounding" "TANGENT" grounding Word: Grounding =
+        "The tangent from which a sample's elevation is measured: sample takes the one towards the sample itself \
+         (Eq. 6.2.9), direction the one in the sample's direction (Eq. 6.2.8)";
+    "normals" "NORMALS" normals Word: Normals =
+        "The source of normals: derivative takes screen derivatives of the position, vertex interpolates the \
+         vertices' normals";
+    "jitter" "JITTER" jitter Word: Jitter =
+        "How samples vary: tile rotates and offsets them by a random 4x4 tile that repeats over the screen, none \
+         treats all pixels alike";
+    "blur" "N" blur OddOrZero(3, 41) = "The width of the blur in pixels; 0 turns the blur off";
+    "blur-kernel" "KERNEL" blur_kernel Word: BlurKernel =
+        "How the blur runs: separable blurs in X and then in Y, full blurs over the whole square in one pass";
+    "blur-depth-sigma" "Z" blur_depth_sigma PositiveOrUnset =
+        "The depth sigma of the blur in scene units: taps whose depth differs by much more hardly count";
+    "msaa" "N" msaa OneOf(&[1, 2, 4, 8]) =
+        "Depth samples per pixel; if the driver supports fewer, it gives as many as it can";
+    "edges" "EDGES" edges Word: Edges =
+        "How the blur treats pixels that hold several surfaces: supersample blurs around each depth sample and \
+         averages the results, off blurs around one depth, as at other pixels";
+    "half-res" "" half_res Switch =
+        "Compute ambient occlusion at half the width and height; the blur then brings it to full size";
+    "ssao-samples" "N" ssao_samples OneOf(&[8, 16, 24]) = "ssao: the number of samples around each pixel";
+    "ssao-rotation" "ROTATION" ssao_rotation Word: SsaoRotation =
+        "ssao: matrix rotates the offsets so that the z axis turns to the tile's vector, mirror reflects them in \
+         the plane normal to that vector";
+    "ssao-depth" "SIZE" ssao_depth Word: SsaoDepth =
+        "ssao: full reads the depth image, half reads a copy of it at half the width and height";
+    "ssao-normals" "NORMALS" ssao_normals Word: Toggle =
+        "ssao: on reverses the offsets that point behind the surface, off keeps them as they are";
+    "ssao-curve" "CURVE" ssao_curve Word: Toggle =
+        "ssao: on returns A^2 + A, off returns A, the mean accessibility of the samples";
+    "ao-format" "FORMAT" ao_format Word: AoFormat = "The texture format of ambient occlusion";
+    "normal-format" "FORMAT" normal_format Word: NormalFormat = "The texture format of normals";
+    "depth-format" "FORMAT" depth_format Word: DepthFormat = "The texture format of linear depth";
 }

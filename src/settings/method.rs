@@ -1,4 +1,4 @@
-//! The ambient occlusion methods, each with one row of facts. Everything else asks these rows: the passes ask which
+//! The ambient occlusion methods, each with one row of facts. All other code reads these rows: the passes look up which
 //! shader to compile, the twins which function to call, the command which settings have an effect, and `bench` how many
 //! samples a method takes.
 //!
@@ -15,12 +15,13 @@ pub struct MethodFacts {
     /// listed. A setting that no method lists belongs to the G-buffer or to the output, and has an effect with every
     /// method.
     pub reads: &'static [&'static str],
-    /// The names of the settings whose product is the number of depth samples that the method takes for a pixel, in the
+    /// The names of the settings whose product is the number of depth samples that the method takes per pixel, in the
     /// order in which tables write them. Empty for `none`, which has no pass.
     pub samples: &'static [&'static str],
     /// Takes settings that hold the defaults of all methods, and returns them with the method's own defaults.
     pub defaults: fn(Settings) -> Settings,
-    /// Whether the method returns A = 1 at pixels where a step is shorter than a texel (6.2, Variable step size).
+    /// Whether the method exits early: at pixels where a step is shorter than a texel it returns visibility 1 and takes
+    /// no samples (6.2, Variable step size).
     pub exits_early: bool,
     /// Whether the method reads the near plane ([`crate::Inputs::near`]).
     pub reads_near: bool,
@@ -31,7 +32,7 @@ pub struct MethodFacts {
     /// The names of the files in `glsl/` that make up the method's fragment shader, in order, the method's own file
     /// last. They come after the pieces that all methods share. Empty for `none`.
     pub shader: &'static [&'static str],
-    /// How plots mark the method.
+    /// The mark of the method in plots.
     pub marker: Marker,
 }
 
@@ -43,7 +44,7 @@ pub enum MethodBlur {
     Gaussian,
     /// The blur of Crysis: 4x4 texels with equal weights (ShaderX7 6.1). Its depth sigma is a share of the depth.
     Crysis,
-    /// No blur, because A is 1 everywhere.
+    /// No blur, because visibility is 1 everywhere.
     None,
 }
 
@@ -57,7 +58,7 @@ pub enum TileKind {
     Vectors,
 }
 
-/// How plots mark a method.
+/// The mark of a method in plots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Marker {
     /// The corners of the outline, in pixels from the point that it marks, x right and y down. A closed outline ends
@@ -80,8 +81,9 @@ const fn hollow(outline: &'static [(i32, i32)]) -> Marker {
     Marker { outline, filled: false }
 }
 
-/// The facts that most methods have: they take steps along directions, leave pixels open where a step is shorter than a
-/// texel, have the defaults of the settings, and are followed by the Gaussian blur. A row names what differs.
+/// The facts that most methods share: they take steps along directions, return visibility 1 at pixels where a step is
+/// shorter than a texel, have the usual defaults, and are followed by the Gaussian blur. A row lists only the facts
+/// that differ from these.
 const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
     reads: &[],
     samples: &["directions", "steps"],
@@ -94,15 +96,15 @@ const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
     marker: hollow(CROSS),
 };
 
-/// Passes the rows of all methods to the macro `$expand`. Each part of the crate makes what it needs of them: this file
-/// makes the enum and its facts, `pass` the list of shader files, `reference` the list of twins.
+/// Passes the rows of all methods to the macro `$expand`. Each part of the crate makes what it needs from the rows:
+/// this file makes the enum and its facts, `pass` the list of shader files, `reference` the list of twins.
 ///
 /// A row holds:
 ///
 /// - the variant and its name;
-/// - `twin`, the file in `src/reference/` that holds the method's twin; empty if A = 1 everywhere;
+/// - `twin`, the file in `src/reference/` that holds the method's twin; empty if visibility is 1 everywhere;
 /// - `shader`, see [`MethodFacts::shader`];
-/// - `define`, a word that is defined when the shader is compiled, where two methods share a shader;
+/// - `define`, a word that is defined when the shader is compiled, which distinguishes two methods that share a shader;
 /// - `facts`, the other fields of [`MethodFacts`].
 macro_rules! methods {
     ($expand:ident) => {
@@ -187,7 +189,8 @@ macro_rules! methods {
                     ..ALONG_DIRECTIONS
                 }
             }
-            /// ShaderX7 6.1, the method of Crysis: A follows from the share of points around P that lie in open space.
+            /// ShaderX7 6.1, the method of Crysis: visibility follows from the share of points around P that lie in
+            /// free space.
             Ssao = "ssao" {
                 twin: [ssao],
                 shader: ["ssao.frag"],
@@ -205,7 +208,7 @@ macro_rules! methods {
                     ..ALONG_DIRECTIONS
                 }
             }
-            /// No method: A = 1 everywhere, as in the 'No AO' rows of Table 6.2.1.
+            /// No method: visibility is 1 everywhere, as in the 'No AO' rows of Table 6.2.1.
             None = "none" {
                 twin: [],
                 shader: [],
@@ -235,7 +238,7 @@ macro_rules! declare {
         }
 
         impl Method {
-            /// The facts that distinguish the method from the others, apart from its equation.
+            /// Returns the facts that distinguish the method from the others, apart from its equation.
             #[must_use]
             pub fn facts(self) -> &'static MethodFacts {
                 match self {
@@ -251,8 +254,8 @@ macro_rules! declare {
 methods!(declare);
 
 impl Method {
-    /// Whether the method reads the setting of this name. All methods read the settings of the G-buffer and of the
-    /// output.
+    /// Returns whether the method reads the setting of this name. All methods read the settings of the G-buffer and of
+    /// the output.
     #[must_use]
     pub fn reads(self, knob: &str) -> bool {
         let lists = |method: &Method| method.facts().reads.contains(&knob);

@@ -1,9 +1,9 @@
-//! Every setting, declared once with its meaning, unit, range and default; and every method, declared once with all
-//! facts about it.
+//! Declares every setting once, with its meaning, unit, range and default, and every method once, with all facts about
+//! it.
 //!
 //! The command line's flags and `--help`, the settings files (TOML) and the metadata of written images are all made
 //! from [`KNOBS`]; the passes read the typed fields of [`Settings`]. Which settings a method reads, how many samples it
-//! takes and what else distinguishes it is in its row of facts ([`Method::facts`]), and nowhere else.
+//! takes and what else distinguishes it is stated only in its row of facts ([`Method::facts`]).
 
 mod choice;
 #[cfg(feature = "render")]
@@ -43,7 +43,7 @@ pub enum DepthSigma {
 }
 
 impl DepthSigma {
-    /// The sigma in scene units at depth `z`.
+    /// Returns the sigma in scene units at depth `z`.
     #[must_use]
     pub fn at(self, z: f64) -> f64 {
         match self {
@@ -79,7 +79,7 @@ pub struct Settings {
     pub snap: Snap,
     /// Where a sample beyond the image's border is assumed to lie.
     pub clamp: Clamp,
-    /// Which tangent the elevations of samples are measured from.
+    /// The tangent from which the elevations of samples are measured.
     pub grounding: Grounding,
     /// Where the G-buffer's normals come from.
     pub normals: Normals,
@@ -154,15 +154,15 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The default settings of a method. Some methods have defaults of their own: `hbao-talk` attenuates linearly and
-    /// snaps each sample.
+    /// Returns the default settings of a method. Some methods have defaults of their own: `hbao-talk` attenuates
+    /// linearly and snaps each sample.
     #[must_use]
     pub fn for_method(method: Method) -> Settings {
         (method.facts().defaults)(Settings { method, ..Settings::default() })
     }
 
-    /// The same settings with the radius in scene units. `diagonal` is the diagonal of the scene's bounding box, of
-    /// which [`Radius::Percent`] is a percentage.
+    /// Returns the same settings with the radius in scene units. `diagonal` is the diagonal of the scene's bounding
+    /// box, of which [`Radius::Percent`] is a percentage.
     #[must_use]
     pub fn resolved(&self, diagonal: f64) -> Settings {
         let radius = match self.radius {
@@ -172,7 +172,7 @@ impl Settings {
         Settings { radius, ..self.clone() }
     }
 
-    /// R in scene units.
+    /// Returns R in scene units.
     ///
     /// # Errors
     /// [`Error::Usage`] if the radius is still a percentage of a scene's size.
@@ -185,22 +185,22 @@ impl Settings {
         }
     }
 
-    /// R in scene units, as the method's passes need it. It is 0 for a method that reads no radius, whatever the
+    /// Returns R in scene units for the passes of the method. It is 0 for a method that reads no radius, whatever the
     /// setting is.
     pub(crate) fn radius_read(&self) -> Result<f64, Error> {
         if self.method.reads("radius") { self.radius_units() } else { Ok(0.0) }
     }
 
-    /// How many pixels one texel of unblurred ambient occlusion stands for, in x and in y: 2 at half resolution,
-    /// otherwise 1.
+    /// Returns how many pixels one texel of unblurred ambient occlusion stands for, in x and in y: 2 at half
+    /// resolution, otherwise 1.
     #[must_use]
     pub fn ao_scale(&self) -> u32 {
         if self.half_res && self.method.reads("half-res") { 2 } else { 1 }
     }
 
-    /// The depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is a quarter
-    /// of the distance within which the method looks for occluders: R/4, or for `ssao` a quarter of 2 P.z l_n, the
-    /// offset in depth of its farthest sample.
+    /// Returns the depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is a
+    /// quarter of the distance within which the method looks for occluders: R/4, or for `ssao` a quarter of 2 P.z l_n,
+    /// the offset in depth of its farthest sample.
     ///
     /// # Errors
     /// [`Error::Usage`] if the sigma follows from a radius in percent.

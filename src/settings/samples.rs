@@ -1,19 +1,19 @@
-//! The number of samples that a method takes for a pixel.
+//! Computes the number of samples that a method takes per pixel.
 
 use super::Settings;
 use super::knobs::Knob;
 use super::method::Method;
 
 impl Method {
-    /// The values of the settings that determine how many samples the method takes for a pixel, in the order of
+    /// Returns the values of the settings that determine how many samples the method takes per pixel, in the order of
     /// [`MethodFacts::samples`](super::MethodFacts::samples). For 8 directions of 8 steps they are 8 and 8.
     #[must_use]
     pub fn counts(self, settings: &Settings) -> Vec<u32> {
         self.count_knobs().filter_map(|knob| knob.count(settings)).collect()
     }
 
-    /// The settings with these counts, given in the order of [`MethodFacts::samples`](super::MethodFacts::samples). A
-    /// count out of range is left as it was.
+    /// Returns the settings with these counts, given in the order of
+    /// [`MethodFacts::samples`](super::MethodFacts::samples). A count out of range is left as it was.
     #[must_use]
     pub fn with_counts(self, mut settings: Settings, counts: &[u32]) -> Settings {
         for (knob, count) in self.count_knobs().zip(counts) {
@@ -32,7 +32,7 @@ impl Method {
         !self.facts().samples.is_empty()
     }
 
-    /// The number of depth samples that the method takes for a pixel that does not exit early; 0 for `none`.
+    /// Returns the number of depth samples that the method takes at a pixel where it does not exit early; 0 for `none`.
     #[must_use]
     pub fn samples(self, settings: &Settings) -> u32 {
         if self.computes() { self.counts(settings).iter().product() } else { 0 }

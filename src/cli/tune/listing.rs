@@ -1,4 +1,4 @@
-//! The settings that `hbao tune` considered, as a table and as JSON.
+//! Lists the combinations of settings that `hbao tune` considered, as a table and as JSON.
 
 use super::words::{described, why};
 use crate::report::fields::{object, settings_fields};
@@ -6,10 +6,10 @@ use hbao::measure::table::{Column, Table};
 use hbao::measure::tune::choice::Goal;
 use hbao::measure::tune::{Requirements, Tried, Tuned};
 
-/// How many rows the table has at most.
+/// The largest number of rows in the table.
 const SHOWN: usize = 11;
 
-/// The answer, with a star, and the settings that came nearest to it.
+/// Makes the table of the answer, which has a star, and of the combinations that came nearest to it.
 pub(super) fn table(tuned: &Tuned, goal: Goal, requirements: &Requirements) -> Table {
     let edges = requirements.edge_pixels != [0, 0];
     let columns = [
@@ -34,12 +34,12 @@ pub(super) fn table(tuned: &Tuned, goal: Goal, requirements: &Requirements) -> T
     }))
 }
 
-/// The fastest and the slowest run.
+/// Returns the times of the fastest and of the slowest run.
 fn spread(tried: &Tried) -> (f64, f64) {
     tried.times.iter().fold((f64::INFINITY, 0.0), |(low, high), &ms| (low.min(ms), high.max(ms)))
 }
 
-/// Settings that were considered, as JSON.
+/// Returns a combination that was considered, as JSON.
 pub(super) fn json(tried: &Tried) -> serde_json::Value {
     let (s, e) = (&tried.settings, tried.errors.as_ref());
     let timed = !tried.times.is_empty();

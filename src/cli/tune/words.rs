@@ -1,4 +1,4 @@
-//! What `hbao tune` says of the view, of settings and of their verdicts.
+//! The texts in which `hbao tune` describes the view, combinations of settings and their verdicts.
 
 use crate::report::words::words;
 use hbao::measure::tune::choice::Goal;
@@ -6,13 +6,13 @@ use hbao::measure::tune::{Requirements, Tried, Tuned, Verdict};
 use hbao::settings::{Edges, Jitter, MethodBlur, Settings, SsaoDepth, Toggle};
 use std::fmt::Write as _;
 
-/// What the view needs of settings, a line each.
+/// Describes the view's requirements in one line each.
 pub(super) fn requirements(requirements: &Requirements, base: &Settings) -> Vec<String> {
     let Requirements { covered, samples, radius_px: (least, most), .. } = requirements;
     let pixels = covered.texels.iter().filter(|&&covered| covered).count();
     let edges = requirements.edges_of(base.method);
     let mut lines = vec![format!(
-        "view: {pixels} of {} pixels hold a surface, {edges} are edges ({samples} samples a pixel); R covers {least:.1} to \
+        "view: {pixels} of {} pixels hold a surface, {edges} are edges ({samples} samples per pixel); R covers {least:.1} to \
          {most:.1} texels",
         covered.texels.len()
     )];
@@ -20,12 +20,12 @@ pub(super) fn requirements(requirements: &Requirements, base: &Settings) -> Vec<
         lines.push("no pixel is an edge: edges = \"off\", unless --edges is given".into());
     }
     if *most < 2.0 {
-        lines.push("R covers less than 2 texels: every step is below a texel, where A = 1".into());
+        lines.push("R covers less than 2 texels: every step is below a texel, so visibility is 1 everywhere".into());
     }
     lines
 }
 
-/// The message where nothing meets the goal: which settings came nearest.
+/// Returns the message for a goal that nothing meets. It says which combination came nearest.
 pub(super) fn nothing(tuned: &Tuned, goal: Goal) -> String {
     let value = |tried: &Tried| match goal {
         Goal::MaxError(_) => tried.rmse(),
@@ -50,7 +50,7 @@ pub(super) fn nothing(tuned: &Tuned, goal: Goal) -> String {
     }
 }
 
-/// Settings in a few words. `edges` is whether any pixel in view is an edge.
+/// Describes a combination in a few words. `edges` says whether any pixel in view is an edge.
 pub(super) fn described(settings: &Settings, edges: bool) -> String {
     let s = settings;
     let mut text = format!("{} {}", s.method.name(), words(s)).split_whitespace().collect::<Vec<_>>().join(" ");
@@ -70,7 +70,7 @@ pub(super) fn described(settings: &Settings, edges: bool) -> String {
     text
 }
 
-/// How many settings were considered, and how many of them got each verdict.
+/// Says how many combinations were considered, and how many of them got each verdict.
 pub(super) fn summary(tuned: &Tuned, goal: Goal) -> String {
     let of = |verdict: Verdict| tuned.tried.iter().filter(move |tried| tried.verdict == verdict);
     let mut text = format!("{:>6} settings considered, of which\n", tuned.tried.len());
@@ -99,21 +99,21 @@ pub(super) fn summary(tuned: &Tuned, goal: Goal) -> String {
     text
 }
 
-/// Why settings lost or won.
+/// Says why a combination lost or won.
 pub(super) fn why(verdict: Verdict, goal: Goal) -> &'static str {
     let for_error = matches!(goal, Goal::MaxError(_));
     match verdict {
         Verdict::Open => "",
         Verdict::Best if for_error => "the cheapest",
         Verdict::Best => "the most accurate",
-        Verdict::StepsBelowTexel => "every step is below a texel, where A = 1 as with --method none",
+        Verdict::StepsBelowTexel => "every step is below a texel, so visibility is 1 everywhere, as with --method none",
         Verdict::DepthFormat => "depth-format r16f does not hold depths from the near to the far plane",
-        Verdict::MoreWork if for_error => "more work than settings that reach the error",
-        Verdict::MoreWork => "more work than settings that take over twice the time",
-        Verdict::Refused => "the driver refuses them",
+        Verdict::MoreWork if for_error => "no less work than settings that reach the error",
+        Verdict::MoreWork => "no less work than settings that take over twice the time",
+        Verdict::Refused => "the driver refuses these settings",
         Verdict::TooInaccurate => "error too large",
         Verdict::NoGain => "fewer samples or less blur are as accurate",
-        Verdict::WiderThanNeeded => "usual formats reach the error",
+        Verdict::WiderThanNeeded => "settings with the usual formats reach the error",
         Verdict::TooSlow => "too slow",
         Verdict::Slower => "slower",
         Verdict::LessAccurate if for_error => "as fast, less accurate",

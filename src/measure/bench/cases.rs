@@ -1,10 +1,11 @@
-//! The cases that are measured: those of the papers of 2008, and the scaling series.
+//! The cases that are measured: those of the papers of 2008, and the series that show how costs scale.
 
 use crate::measure::counts::{blur_width, directions_rays_steps};
 use crate::measure::published::{COLUMNS, CRYSIS_SIZE, EIGHT, FIGURE_1, TABLE_BLUR};
 use crate::settings::{Method, Settings, SsaoDepth, SsaoRotation};
 
-/// The knobs that the cases set themselves, whatever the user's settings say. All other knobs are the user's.
+/// The names of the settings that the cases set themselves, whatever the user asks for. All other settings are taken
+/// from the user.
 pub const FIXED: [&str; 12] = [
     "method",
     "directions",
@@ -26,17 +27,18 @@ const MOST_TRIANGLES: usize = 1_500_000;
 /// The mode of [`scaling`]'s cases.
 const SCALING: &str = "scaling";
 
-/// One case: what is rendered, and how.
+/// One case to be measured: what is rendered, and with which settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Which measurement it belongs to: `half`, `msaa1` and `msaa4` are the rows of Table 6.2.1; the others are
-    /// `figure1`, `crysis` and `scaling`.
+    /// The measurement that the case belongs to: `half`, `msaa1` and `msaa4` are the rows of Table 6.2.1; the others
+    /// are `figure1`, `crysis` and `scaling`.
     pub mode: &'static str,
-    /// What distinguishes it from the other cases of its mode: its column of the table, its series of the scaling.
+    /// The name that distinguishes the case from the others of its mode: a column of Table 6.2.1, a method, or a series
+    /// of the scaling.
     pub column: &'static str,
     /// The settings, with a radius in scene units.
     pub settings: Settings,
-    /// True where the method's own pass is left out, so that the blur goes over A = 1.
+    /// True if the method's own pass is left out, so that the blur runs on visibility 1 everywhere.
     pub without_ao: bool,
     /// Width and height of the image in pixels.
     pub size: (u32, u32),
@@ -49,23 +51,24 @@ impl Case {
         Case { mode, column, settings, without_ao: false, size, subdivisions: 0 }
     }
 
-    /// The method that is drawn with: `none` where A = 1.
+    /// Returns the method whose pass is drawn, or `none` if the method's own pass is left out.
     pub fn method(&self) -> Method {
         if self.without_ao { Method::None } else { self.settings.method }
     }
 
-    /// The directions about a pixel, the rays in each direction, and the steps on each ray, as
+    /// Returns the number of directions around a pixel, of rays in each direction, and of steps on each ray, as
     /// [`directions_rays_steps`] counts them.
     pub fn samples(&self) -> [u32; 3] {
         directions_rays_steps(self.method(), &self.settings)
     }
 
-    /// How many times a pixel of ambient occlusion fetches depth, if it does not exit early; 0 without an AO pass.
+    /// Returns how many times the AO pass fetches depth for a pixel; 0 without an AO pass. A method that exits early
+    /// fetches nothing at pixels where a step is shorter than a texel; these do not count.
     pub fn fetches(&self) -> u32 {
         self.method().samples(&self.settings)
     }
 
-    /// The blur's width in texels; 0 where there is no blur.
+    /// Returns the width of the blur in texels, or 0 if there is no blur.
     pub fn blur(&self) -> u32 {
         blur_width(&self.settings)
     }
@@ -74,14 +77,15 @@ impl Case {
         f64::from(self.size.0) * f64::from(self.size.1)
     }
 
-    /// The texels of ambient occlusion before the blur.
+    /// Returns the number of texels of ambient occlusion before the blur.
     pub(super) fn texels(&self) -> f64 {
         let side = |side: u32| f64::from(side.div_ceil(self.settings.ao_scale()));
         side(self.size.0) * side(self.size.1)
     }
 }
 
-/// The method's own settings with one sample a pixel. Every knob that is not [`FIXED`] is as in `base`.
+/// Returns the default settings of the method, with one depth sample per pixel. Every setting that is not in [`FIXED`]
+/// is taken from `base`.
 fn of(base: &Settings, method: Method) -> Settings {
     let Settings { directions, steps, rays, attenuation, snap, ssao_samples, ssao_rotation, ssao_depth, .. } =
         Settings::for_method(method);
@@ -89,8 +93,8 @@ fn of(base: &Settings, method: Method) -> Settings {
     Settings { ssao_samples, ssao_rotation, ssao_depth, blur: TABLE_BLUR, ..own }
 }
 
-/// Table 6.2.1: whole frames of `hbao`, with its AO pass and without, at half resolution and with 1 and 4 depth samples
-/// a pixel.
+/// Returns the cases of Table 6.2.1: whole frames of `hbao`, with and without its AO pass, at half resolution, and at
+/// full resolution with 1 and 4 depth samples per pixel.
 pub fn table(base: &Settings, size: (u32, u32)) -> Vec<Case> {
     let hbao = of(base, Method::Hbao);
     let mut cases = Vec::new();
@@ -106,8 +110,8 @@ pub fn table(base: &Settings, size: (u32, u32)) -> Vec<Case> {
     cases
 }
 
-/// Figure 1 of the talk, ambient occlusion without a blur: the talk's method and ray marching, with all other methods
-/// beside them.
+/// Returns the cases of Figure 1 of the talk, which are ambient occlusion without a blur: the talk's method and ray
+/// marching, and all other methods for comparison.
 pub fn figure1(base: &Settings, size: (u32, u32)) -> Vec<Case> {
     let of_the_talk = FIGURE_1.map(|(method, _)| method);
     let others = Method::ALL.iter().filter(|method| method.computes() && !of_the_talk.contains(method));
@@ -116,7 +120,8 @@ pub fn figure1(base: &Settings, size: (u32, u32)) -> Vec<Case> {
     all.map(|&method| Case::new("figure1", method.name(), alone(method), size)).collect()
 }
 
-/// ShaderX7 6.1: Crysis' 16 samples with their blur, and the two ways in which the paper makes them faster.
+/// Returns the cases of ShaderX7 6.1: the 16 samples of Crysis with their blur, and the two ways in which the paper
+/// makes them faster.
 pub fn crysis(base: &Settings) -> Vec<Case> {
     let ssao = of(base, Method::Ssao);
     let case = |column, settings| Case::new("crysis", column, settings, CRYSIS_SIZE);
@@ -127,9 +132,10 @@ pub fn crysis(base: &Settings) -> Vec<Case> {
     ]
 }
 
-/// Three series of `hbao`, which their column names. In `pixels` the image has a sixteenth to four times the pixels of
-/// `size`. In `samples` a pixel takes 16 to 1024 samples. In `triangles` the same surface is made of more and more
-/// triangles, beginning with the mesh's own number, `triangles`. The latter two have half the width and height.
+/// Returns three series of cases of `hbao`, named by their column. In `pixels` the image has a sixteenth to four times
+/// the pixels of `size`. In `samples` the method takes 16 to 1024 samples per pixel. In `triangles` the same surface
+/// consists of more and more triangles, beginning with `triangles`, the number in the mesh. The series `samples` and
+/// `triangles` have half the width and height.
 pub fn scaling(base: &Settings, size: (u32, u32), triangles: usize) -> Vec<Case> {
     let hbao = of(base, Method::Hbao);
     let by = |factor: f64| {
@@ -190,7 +196,7 @@ mod tests {
         assert!(pixels[0] <= 0.12e6 && pixels[pixels.len() - 1] >= 7.6e6, "{pixels:?}");
         assert_eq!(series("samples").iter().map(Case::fetches).collect::<Vec<_>>(), [16, 32, 64, 128, 256, 512, 1024]);
         assert_eq!(series("triangles").iter().map(|case| case.subdivisions).collect::<Vec<_>>(), [0, 1, 2, 3]);
-        // A mesh that has more already is measured as it is.
+        // A mesh that already has more triangles is measured as it is.
         let many = scaling(&Settings::default(), SIZE, 10_000_000);
         assert_eq!(many.iter().filter(|case| case.column == "triangles").count(), 1);
     }

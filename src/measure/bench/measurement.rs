@@ -1,38 +1,40 @@
-//! What was measured of a case, and the figures that follow from it.
+//! The times that were measured for a case, and the figures that follow from them.
 
 use super::cases::Case;
 use crate::measure::median;
 
-/// The times of one case: milliseconds, run by run, by the driver's timer where it has one, else on the wall from a
-/// finished queue to a finished queue. A part of the frame that has no pass takes 0.
+/// The times of one case in milliseconds, one for each run. They are measured by the driver's timer. If the driver has
+/// none, the system's clock measures from one `glFinish` before the pass to another after it. A part of the frame that
+/// has no pass takes 0.
 #[derive(Clone, Debug)]
 pub struct Measurement {
     /// The case that was measured.
     pub case: Case,
-    /// Depth samples a pixel, as the driver gave them.
+    /// The number of depth samples per pixel that the driver gave.
     pub samples: u32,
-    /// Triangles of the mesh.
+    /// The number of triangles of the mesh.
     pub triangles: usize,
-    /// Every pass of a frame together.
+    /// The time of all passes of a frame together.
     pub frame_ms: Vec<f64>,
-    /// The G-buffer and its resolve.
+    /// The time of the G-buffer and its resolve.
     pub gbuffer_ms: Vec<f64>,
-    /// The AO pass. Where it reads depth at half size, the pass that makes that depth is included.
+    /// The time of the AO pass. If it reads depth at half size, the time includes the pass that makes that depth.
     pub ao_ms: Vec<f64>,
-    /// The AO pass with a sum in place of the arithmetic after each fetch ([`crate::AmbientOcclusion::fetch_floor`]),
-    /// measured right after the pass itself. Empty without an AO pass.
+    /// The floor of the AO pass, measured right after the pass itself: the time of the method's shader with all its
+    /// fetches and with a sum in place of its arithmetic ([`crate::AmbientOcclusion::fetch_floor`]). Empty without an
+    /// AO pass.
     pub floor_ms: Vec<f64>,
-    /// The blur's passes together.
+    /// The time of all passes of the blur together.
     pub blur_ms: Vec<f64>,
-    /// By how much the first frame took longer on the wall than the others: the time for compiling its shaders, and for
-    /// allocating.
+    /// The time by which the first frame took longer than the others by the system's clock. It is spent on compiling
+    /// shaders and on allocating memory.
     pub compile_ms: f64,
-    /// What the driver could not do as asked, and what was done in its place: one line each.
+    /// One line for each thing that the driver could not do as asked. It says what was done instead.
     pub notices: Vec<String>,
 }
 
 impl Measurement {
-    /// A measurement without any runs yet.
+    /// Makes a measurement without any runs.
     pub(super) fn begin(case: Case, samples: u32, triangles: usize, notices: Vec<String>) -> Measurement {
         Measurement {
             case,
@@ -48,23 +50,25 @@ impl Measurement {
         }
     }
 
-    /// Frames per second, by the median frame.
+    /// Returns the frames per second, from the median time of a frame.
     pub fn fps(&self) -> f64 {
         1e3 / median(&self.frame_ms)
     }
 
-    /// The image's megapixels over the AO pass's time; NaN without an AO pass.
+    /// Returns the megapixels of the image per second of the AO pass; NaN without an AO pass.
     pub fn mpixels_per_s(&self) -> f64 {
         if self.case.fetches() == 0 { f64::NAN } else { self.case.pixels() / median(&self.ao_ms) / 1e3 }
     }
 
-    /// AO's time over its floor's: the median over the pairs. NaN without an AO pass.
+    /// Returns the time of the AO pass divided by that of its floor. The ratio is taken run by run, and the result is
+    /// the median. NaN without an AO pass.
     pub fn ao_to_floor(&self) -> f64 {
         median(&self.ao_ms.iter().zip(&self.floor_ms).map(|(ao, floor)| ao / floor).collect::<Vec<_>>())
     }
 
-    /// The median of these times, in nanoseconds for each sample, as if no texel left early. Where the radius is small
-    /// on the screen, many texels do leave early and fetch nothing. NaN without samples.
+    /// Returns the median of these times in nanoseconds per sample, as if the method took all its samples at every
+    /// texel. If the radius is small on the screen, a step is shorter than a texel at many texels, and the method exits
+    /// there without a fetch. NaN without samples.
     pub fn ns_per_sample(&self, times: &[f64]) -> f64 {
         match self.case.fetches() {
             0 => f64::NAN,
@@ -72,7 +76,8 @@ impl Measurement {
         }
     }
 
-    /// Where on its series a case of [`super::scaling`] stands: its pixels, its samples a pixel, or its triangles.
+    /// Returns the quantity that a series of [`super::scaling`] varies: the number of pixels, of samples per pixel, or
+    /// of triangles.
     pub fn along(&self) -> f64 {
         match self.case.column {
             "samples" => f64::from(self.case.fetches()),

@@ -1,5 +1,5 @@
-//! What each part of a frame costs: the cases of the papers of 2008 and of the scaling series, and how they are
-//! measured in interleaved rounds.
+//! Measures what each part of a frame costs, in interleaved rounds over the cases of the papers of 2008 and of the
+//! scaling series.
 #![doc = include_str!("../tables_of_2008.md")]
 
 mod cases;

@@ -1,7 +1,7 @@
-//! How a cost grows: the power of what it grows with.
+//! Finds the power with which a cost grows.
 
-/// The power p for which y grows as x^p, fitted by least squares to the logarithms of the points (x, y). None where x
-/// does not vary, or where a coordinate is not above 0.
+/// Returns the power p with which y grows as x^p. It is fitted by least squares to the logarithms of the points (x, y).
+/// `None` if x does not vary, or if a coordinate is not above 0.
 pub fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     if points.iter().all(|point| point.0 == points[0].0) {
         return None;
@@ -24,7 +24,7 @@ mod tests {
         for p in [-1.0, 0.0, 0.5, 1.0, 2.0] {
             assert!((exponent(&power(p)).unwrap() - p).abs() < 1e-12);
         }
-        // Between two lines through the points it is the mean.
+        // These points lie on two parallel lines of slope 1, and the fit lies between them.
         let scattered = [(1.0, 2.0), (1.0, 0.5), (4.0, 8.0), (4.0, 2.0)];
         assert!((exponent(&scattered).unwrap() - 1.0).abs() < 1e-12);
         for none in

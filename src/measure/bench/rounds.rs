@@ -1,4 +1,4 @@
-//! Cases measured in interleaved rounds.
+//! Measures cases in interleaved rounds.
 
 use super::cases::Case;
 use super::measurement::Measurement;
@@ -10,12 +10,13 @@ use crate::{AmbientOcclusion, Apply, Error, Pipeline, Request, Timers};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Measures cases in `runs` rounds through all of them, so that whatever slows the machine down for a while slows all
+/// Measures all cases in turn, in `runs` rounds, so that anything that slows the machine down for a while slows all
 /// cases down alike. A first round, which compiles the shaders, is not counted. `progress` is called after each frame.
-/// Everything that the cases need is allocated at the same time, with one G-buffer for all cases that agree on it.
+/// The textures of all cases exist at the same time; cases with the same G-buffer share it.
 ///
 /// # Errors
-/// What the driver refuses, or the camera.
+/// [`Error::Gl`] if the driver refuses a shader, an allocation or a call. [`Error::Usage`] if the view gives no camera
+/// for an image of this size.
 pub fn measure(
     gl: &Arc<glow::Context>,
     mesh: &Mesh,
@@ -34,8 +35,8 @@ pub fn measure(
     let mut gbuffers = GBuffers::new(gl);
     let mut all = Vec::new();
     for (case, camera) in cases.iter().zip(&cameras) {
-        // The cache renders the mesh as it is, once, so that the driver has made the G-buffer's memory ready before
-        // anything is timed. Finer meshes are then drawn into the same G-buffer.
+        // The cache renders the mesh once without cutting its triangles. After this the driver has made the memory of
+        // the G-buffer ready, before anything is timed. Finer meshes are then drawn into the same G-buffer.
         let gbuffer = gbuffers.of(Shot { mesh, camera, size: case.size }, &case.settings)?;
         let mesh = case.subdivisions.checked_sub(1).map_or(mesh, |level| &finer[level as usize]);
         let request =
@@ -66,13 +67,13 @@ struct Running<'a> {
     camera: &'a Camera,
     pipeline: Pipeline,
     floor: Option<AmbientOcclusion>,
-    /// How long the pipeline took to make, then how long each frame took.
+    /// Milliseconds by the system's clock: first for making the pipeline, then for each frame.
     wall_ms: Vec<f64>,
     measured: Measurement,
 }
 
 impl Running<'_> {
-    /// Renders a frame, and then its floor.
+    /// Renders a frame, and then the floor of its AO pass.
     fn run(&mut self, timers: &mut Timers, counted: bool) -> Result<(), Error> {
         let start = Instant::now();
         let frame = self.pipeline.render(self.mesh, self.camera)?;

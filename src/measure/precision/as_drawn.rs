@@ -1,4 +1,4 @@
-//! Which surface the rasteriser drew at a pixel, where rays meet several around the pixel's centre.
+//! Finds the surface that the rasteriser drew at a pixel, if rays around the pixel's centre meet several.
 
 use crate::image::Image;
 use crate::reference::{self, gbuffer::Surface};
@@ -6,19 +6,21 @@ use crate::scene::{Camera, Mesh};
 use crate::settings::Normals;
 use glam::{DVec3, Vec3};
 
-/// By how much, in pixels, the rasteriser may move a triangle's edge. It keeps 8 bits of a vertex's place in its pixel;
-/// twice that step leaves room for the errors of clipping and interpolation.
+/// The distance in pixels by which the rasteriser may move a triangle's edge. The rasteriser rounds the position of a
+/// vertex to 1/256 pixel; twice that leaves room for the errors of clipping and interpolation.
 const SNAPPED: f64 = 2.0 / 256.0;
 
-/// By how much, in radians, the normal drawn must differ from the normals of all surfaces that rays meet around a pixel
-/// before it is taken for that of a side turned away. No format rounds by as much.
+/// An angle in radians. If the drawn normal differs by more than this from the normals of all surfaces that rays meet
+/// around the pixel, it is taken for the normal of a side that faces away, which no ray meets. No format rounds a
+/// normal by as much.
 const SLIVER: f64 = 0.03;
 
-/// The surface at each pixel as the rasteriser may have taken it. Of the surfaces that rays meet within the
-/// rasteriser's grid around the pixel's centre, it is the one nearest to the depth and the normal drawn. Where there
-/// are several and the drawn one is none of them, it is what was drawn.
+/// Returns, for each pixel, the surface that the rasteriser may have drawn. Rays are cast through the pixel's centre
+/// and through four points around it, [`SNAPPED`] pixels away in x and y. Of the surfaces that they meet, the result
+/// holds the one that is nearest to the drawn depth and normal. If the rays meet several surfaces and the drawn one is
+/// none of them, the result holds the drawn depth and normal.
 ///
-/// The second value is the number of pixels where it is another surface than the one at the centre.
+/// The second value is the number of pixels whose surface is not the one that the ray through the centre meets.
 pub(super) fn as_drawn(
     mesh: &Mesh,
     camera: &Camera,
@@ -29,7 +31,8 @@ pub(super) fn as_drawn(
     let size = (depth.width, depth.height);
     let at = |x: f64, y: f64| reference::gbuffer::gbuffer(mesh, camera, size, source, [x * SNAPPED, y * SNAPPED]);
     let mut seen = at(0.0, 0.0);
-    // Two surfaces that meet differ in their normals alone, and two parallel ones in their depths.
+    // The distance counts depths and normals: two surfaces that meet differ only in their normals, and two parallel
+    // surfaces only in their depths.
     let off = |a: &Surface, z: f64, n: DVec3| match (a.depth.is_finite(), z.is_finite()) {
         (true, true) => 1e3 * (z / a.depth - 1.0).abs() + (a.normal - n).length(),
         (false, false) => 0.0,
@@ -43,7 +46,7 @@ pub(super) fn as_drawn(
             let known = &mut seen.texels[i];
             let another = !same(&other, known);
             several[i] |= another;
-            // Surfaces of one plane differ by rounding only.
+            // Surfaces in one plane count as the same, because they differ by rounding only.
             if another && off(&other, z, n) < off(known, z, n) {
                 beside[i] = true;
                 *known = other;

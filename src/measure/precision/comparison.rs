@@ -1,4 +1,4 @@
-//! One view rendered, and compared pass by pass with the float64 twins.
+//! Renders a view, and compares it pass by pass with the float64 twins.
 
 use super::as_drawn::as_drawn;
 use super::spread::Spread;
@@ -12,55 +12,57 @@ use glam::{DVec3, Vec3};
 /// How far one view's images are from float64, pass by pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Precision {
-    /// Pixels that hold a surface.
+    /// The number of pixels that hold a surface.
     pub covered: usize,
-    /// Covered pixels where the rasteriser, within its grid of 1/256 pixel, took another surface than the one that the
-    /// ray through the pixel's centre meets. They are compared with that other surface. Where it is a sliver of a side
-    /// turned away, which no ray meets, they are compared with what was drawn.
+    /// The number of covered pixels at which the rasteriser drew another surface than the one that the ray through the
+    /// pixel's centre meets. This happens because it rounds vertices to a grid of 1/256 pixel. These pixels are
+    /// compared with the surface that was drawn. If this is a sliver that faces away, which no ray meets, they are
+    /// compared with the drawn depth and normal.
     pub beside: usize,
-    /// The error of depth, relative to the ray's depth.
+    /// The error of depth, relative to the depth that the ray finds.
     pub depth: Spread,
     /// The error of normals, in degrees.
     pub normals: Spread,
-    /// Ambient occlusion before the blur against its twin on the same depth and normals, which is the error of float32
-    /// arithmetic alone. Pixels that the twin calls ambiguous are left out.
+    /// The difference between ambient occlusion before the blur and its twin on the same depth and normals, which is
+    /// the error of float32 arithmetic alone. Ambiguous pixels ([`reference::ambiguous`]), at which float32 may round
+    /// or compare otherwise than float64, are left out.
     pub arithmetic: Spread,
     /// How many ambiguous pixels are left out of [`Precision::arithmetic`].
     pub ambiguous: usize,
-    /// Ambient occlusion before the blur against its twin on float64 depth and normals, which is the error of formats,
-    /// G-buffer and arithmetic together. Pixels that are ambiguous there are left out.
+    /// The difference between ambient occlusion before the blur and its twin on float64 depth and normals, which is the
+    /// error of formats, G-buffer and arithmetic together. Pixels that are ambiguous for these inputs are left out.
     pub whole: Spread,
     /// How many ambiguous pixels are left out of [`Precision::whole`].
     pub whole_ambiguous: usize,
-    /// The image that is shown, after the blur, against the same computed in float64 throughout. Ambiguous pixels are
-    /// included.
+    /// The difference between the shown image, after the blur, and the same image computed in float64 throughout.
+    /// Ambiguous pixels are included.
     pub shown: Spread,
 }
 
 /// The images of a view that are compared.
 #[derive(Clone, Debug)]
 pub struct Images {
-    /// Depth as rendered; infinite on background.
+    /// The rendered depth, which is infinite on background.
     pub depth: Image<f32>,
-    /// Normals as rendered.
+    /// The rendered normals.
     pub normals: Image<[f32; 3]>,
-    /// Ambient occlusion as rendered, before the blur.
+    /// The rendered ambient occlusion before the blur.
     pub raw: Image<f32>,
-    /// Ambient occlusion as rendered, after the blur.
+    /// The rendered ambient occlusion after the blur.
     pub shown: Image<f32>,
-    /// Depth and normals by ray casting in float64.
+    /// The depth and normals that ray casting in float64 finds.
     pub seen: Image<Surface>,
     /// Ambient occlusion before the blur, computed in float64 from [`Images::seen`].
     pub exact: Image<f64>,
 }
 
-/// The angle between two directions, in degrees.
+/// Returns the angle between two directions, in degrees.
 fn degrees(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Renders views with one choice of settings, and compares them pass by pass. The settings must have one sample a
-/// pixel, full resolution and a radius in scene units.
+/// Renders views with one combination of settings, and compares them pass by pass with the twins. The settings must
+/// have one depth sample per pixel, full resolution and a radius in scene units.
 pub struct Comparer {
     pipeline: Pipeline,
     settings: Settings,
@@ -70,10 +72,12 @@ impl Comparer {
     /// Compiles and allocates for images of `size`.
     ///
     /// # Errors
-    /// As [`Pipeline::new`]; or settings with several samples a pixel or half resolution.
+    /// The same as for [`Pipeline::new`], and [`Error::Usage`] for several depth samples per pixel or half resolution.
     pub fn new(gl: &std::sync::Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<Comparer, Error> {
         if settings.msaa != 1 || settings.ao_scale() != 1 {
-            return Err(Error::Usage("precision is measured with one sample a pixel, at full resolution".into()));
+            return Err(Error::Usage(
+                "precision is measured with one depth sample per pixel, at full resolution".into(),
+            ));
         }
         let request = Request { raw: true, ..Request::default() };
         Ok(Comparer { pipeline: Pipeline::new(gl, size, settings, request)?, settings: settings.clone() })
@@ -82,7 +86,7 @@ impl Comparer {
     /// Renders a view, and compares each pass with its twin.
     ///
     /// # Errors
-    /// As [`Pipeline::render`].
+    /// The same as for [`Pipeline::render`].
     pub fn measure(&mut self, mesh: &Mesh, camera: &Camera) -> Result<(Precision, Images), Error> {
         let settings = &self.settings;
         self.pipeline.render(mesh, camera)?;
@@ -123,11 +127,12 @@ impl Comparer {
     }
 }
 
-/// Ambient occlusion before the blur, computed by the twin from the depth that was drawn, and from normals as biased
-/// RGBA8 would hold them. No setting asks for that format; a driver that renders neither signed format gets it.
+/// Computes ambient occlusion before the blur by the twin, from the drawn depth and from normals that are rounded as
+/// biased RGBA8 would round them. No setting asks for this format; it is used on drivers that render neither of the
+/// signed formats.
 ///
 /// # Errors
-/// A radius in percent.
+/// [`Error::Usage`] if the radius is in percent.
 pub fn biased(images: &Images, camera: &Camera, settings: &Settings) -> Result<Image<f32>, Error> {
     let stored = |c: f32| 2.0 * ((0.5 * c + 0.5) * 255.0).round() / 255.0 - 1.0;
     let normals = images.normals.map(|n| n.map(stored));

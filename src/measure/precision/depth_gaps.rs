@@ -1,4 +1,4 @@
-//! How near to each other two surfaces may lie before the depth test confuses them.
+//! Measures how near to each other two surfaces may lie before the depth test confuses them.
 
 use crate::scene::{Camera, Mesh, Projection};
 use crate::settings::{Radius, Settings};
@@ -14,17 +14,17 @@ pub struct DepthPlanes {
     pub far: f64,
 }
 
-/// The largest and the smallest gap that is tested, relative to the depth. There are four gaps to each power of ten.
+/// The largest and the smallest gap that are tested, relative to the depth. There are four gaps for each power of ten.
 const GAPS: [f64; 2] = [1e-1, 1e-7];
 
-/// The largest gap between two surfaces at the depth z, relative to z, at which the depth test still draws the farther
-/// surface over the nearer one at some pixel; 0 where no tested gap is too small.
+/// Returns the largest tested gap between two surfaces at the depth z at which the depth test draws the farther surface
+/// over the nearer one at some pixel. The gap is relative to z. The result is 0 if this happens at no tested gap.
 ///
 /// The scene is a plate that is tilted both ways, drawn first. In front of it stand strips parallel to it, at gaps that
 /// shrink from one strip to the next.
 ///
 /// # Errors
-/// As [`Pipeline::render`].
+/// The same as for [`Pipeline::render`].
 pub fn unresolved_gap(
     gl: &std::sync::Arc<glow::Context>,
     DepthPlanes { near, far }: DepthPlanes,
@@ -44,8 +44,8 @@ pub fn unresolved_gap(
     let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
     let camera = Camera { eye: DVec3::ZERO, right: axes[0], up: axes[1], forward: axes[2], projection, near, far };
     let gap = |strip: usize| GAPS[0] * 10f64.powf(-0.25 * strip as f64);
-    // The point of the plate z = z0 + 0.1 x + 0.2 y at (x, y), given in shares of the picture's half size, and moved
-    // towards the eye by the gap.
+    // Returns the point of the plate z = z0 + 0.1 x + 0.2 y at (x, y), moved towards the eye by the gap. x and y are
+    // given as shares of half the picture's size.
     let point = |x: f64, y: f64, gap: f64| {
         let (x, y) = (x * half.x, y * half.y);
         let p = match projection {

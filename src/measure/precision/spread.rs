@@ -1,4 +1,4 @@
-//! How large differences are over many pixels.
+//! Summarises how large differences are over many pixels.
 
 /// How large the differences at some pixels are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of differences of either sign. Without differences every field is 0. NaN counts as infinite.
+    /// Computes the spread of differences of either sign. Without differences every field is 0. NaN counts as infinite.
     pub fn of(differences: impl IntoIterator<Item = f64>) -> Spread {
         let sizes = differences.into_iter().map(|d| if d.is_nan() { f64::INFINITY } else { d.abs() });
         let mut sizes: Vec<f64> = sizes.collect();

@@ -1,16 +1,16 @@
-//! The goal of a search, and which of the timed settings answers it.
+//! The goal of a search, and the choice of the answer among the timed combinations of settings.
 
 /// The goal of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// The least time with an RMSE of at most this.
+    /// Find the combination with the least time whose RMSE is at most this.
     MaxError(f64),
-    /// The least RMSE within this many milliseconds.
+    /// Find the combination with the least RMSE that takes at most this many milliseconds.
     MaxMs(f64),
 }
 
 impl Goal {
-    /// The limited quantity as a share of its limit.
+    /// Returns the limited quantity divided by its limit.
     pub(super) fn share(self, ms: f64, rmse: f64) -> f64 {
         match self {
             Goal::MaxError(limit) => rmse / limit,
@@ -18,7 +18,7 @@ impl Goal {
         }
     }
 
-    /// The quantity to be minimised.
+    /// Returns the quantity to be minimised.
     pub(super) fn sought(self, ms: f64, rmse: f64) -> f64 {
         match self {
             Goal::MaxError(_) => ms,
@@ -27,35 +27,37 @@ impl Goal {
     }
 }
 
-/// What was measured of settings: their RMSE, and the quartiles of their time that the choice is made by.
+/// The measured RMSE of a combination, and the median and upper quartile of its times. The choice is made from these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// The RMSE against the truth.
+    /// The RMSE relative to the truth.
     pub rmse: f64,
     /// The median of the runs, in milliseconds.
     pub ms: f64,
-    /// The upper quartile of the runs, in milliseconds: times up to it are within the noise of the median.
+    /// The upper quartile of the runs, in milliseconds. Times up to it are within the noise of the median.
     pub upper_ms: f64,
 }
 
 impl Measured {
-    /// The RMSE as tables show it. Errors that look the same in a table count as equal.
+    /// Returns the RMSE rounded to 4 decimal places, as tables show it, in units of 0.0001.
     fn shown(&self) -> i64 {
         (self.rmse * 1e4).round() as i64
     }
 
-    /// Orders the more accurate first, and the faster first among those that are equally accurate.
+    /// Orders the more accurate before the less accurate, and the faster before the slower if their rounded RMSEs are
+    /// equal.
     fn by_error(&self, other: &Measured) -> std::cmp::Ordering {
         self.shown().cmp(&other.shown()).then(self.ms.total_cmp(&other.ms))
     }
 }
 
-/// The index of the answer, if there is one.
+/// Returns the index of the answer, if there is one.
 ///
-/// Where the error is limited, time is noisy and RMSE is not. Of those that reach the error, the answer is the most
-/// accurate whose median is within the noise of the fastest, which means at most the upper quartile of the fastest
-/// one's runs. Where the time is limited, the answer is the most accurate whose median is within the limit. Errors that
-/// differ by less than 0.0001, which tables do not show, count as equal; then the faster is the answer.
+/// If the error is limited, all combinations that reach the error and whose median time is at most the upper quartile
+/// of the fastest one's times count as equally fast, because times are noisy and the RMSE is not. The answer is the
+/// most accurate of these. If the time is limited, the answer is the most accurate combination whose median time is
+/// within the limit. RMSEs that are equal when rounded to 4 decimal places count as equally accurate, and the fastest
+/// of these is the answer.
 pub fn choose(goal: Goal, measured: &[Measured]) -> Option<usize> {
     let meets = |one: &Measured| goal.share(one.ms, one.rmse) <= 1.0;
     let within = match goal {
@@ -109,7 +111,7 @@ mod tests {
         assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(0));
         rows[0].upper_ms = 10.5;
         assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(1));
-        // This holds only among those that reach the error.
+        // Only combinations that reach the error take part in this choice.
         assert_eq!(choose(Goal::MaxError(0.15), &rows), Some(1));
         rows[1].rmse = 0.4;
         assert_eq!(choose(Goal::MaxError(0.3), &rows), Some(0));

@@ -1,4 +1,5 @@
-//! The end of a search: those settings that may win are timed in interleaved rounds, and the answer is chosen.
+//! The end of a search: the combinations of settings that may win are timed in interleaved rounds, and the answer is
+//! chosen.
 
 use super::choice::{Goal, Measured, choose};
 use super::space::Space;
@@ -10,30 +11,33 @@ use crate::measure::errors::Errors;
 use crate::measure::median;
 use std::cell::Cell;
 
-/// Settings that miss the limit by no more than this factor may meet it with another value of a knob, or in other runs.
+/// A combination that misses the limit by no more than this factor may meet it with another value of one setting, or in
+/// other runs.
 pub(super) const NEAR: f64 = 1.25;
-/// Rough times may be off by this factor: settings that take this many times the limit are certainly too slow.
+/// Rough times may be wrong by this factor. A combination whose rough time is over this many times the limit is
+/// certainly too slow.
 pub(super) const NOISE: f64 = 2.0;
-/// How many settings are timed in interleaved rounds at once, so that few images are held in memory.
+/// The largest number of combinations that are timed in the same interleaved rounds. The number is small because each
+/// holds images in memory.
 const CONTENDERS: usize = 12;
-/// How many contenders are timed for longer.
+/// The number of contenders that are timed for longer, called finalists.
 const FINALISTS: usize = 4;
-/// How many times as many runs the finalists get.
+/// Finalists get this many times as many additional runs as a contender has.
 const FINALIST_RUNS: usize = 3;
 
-/// The goal of a contest, and what its images are compared with.
+/// A contest between combinations that may win: its goal, and the truth that images are compared with.
 pub(super) struct Contest<'c> {
     pub(super) goal: Goal,
     pub(super) truth: &'c Image<f32>,
     /// The pixels that are compared.
     pub(super) covered: &'c Image<bool>,
-    /// Counted runs of a contender.
+    /// The number of timed runs of a contender.
     pub(super) runs: usize,
 }
 
 impl Contest<'_> {
-    /// Times the settings that may win, and returns the index of the answer. `progress` is called with the number of
-    /// renderings done and of all.
+    /// Times the combinations that may win, and returns the index of the answer. `progress` is called with the number
+    /// of renderings that are done and the number of all renderings.
     pub(super) fn hold(
         &self,
         stage: &mut Stage,
@@ -44,7 +48,8 @@ impl Contest<'_> {
         let hopeful = self.hopeful(space, all);
         let mut best: Option<usize> = None;
         loop {
-            // The machine may have been faster when the others were timed roughly: then they meet the best so far.
+            // The machine may have been faster when the remaining combinations were timed roughly. Those whose rough
+            // time is below the best median so far are therefore timed too.
             let beats = |i: usize| match (self.goal, best.and_then(|best| all[best].ms())) {
                 (_, None) => true,
                 (Goal::MaxError(_), Some(ms)) => all[i].rough_ms.is_some_and(|rough| rough < ms),
@@ -61,8 +66,8 @@ impl Contest<'_> {
         }
     }
 
-    /// The settings that may win, the most promising first. Where the error is reached without wider formats, those
-    /// with wider formats get their verdict here.
+    /// Returns the combinations that may win, the most promising first. If some reach the error without wider formats,
+    /// those with wider formats are rejected here.
     fn hopeful(&self, space: &Space, all: &mut [Tried]) -> Vec<usize> {
         let goal = self.goal;
         let margin = if matches!(goal, Goal::MaxError(_)) { 1.0 } else { NEAR };
@@ -94,7 +99,7 @@ impl Contest<'_> {
         choose(self.goal, &points).map(|best| measured[best].0)
     }
 
-    /// Times contenders, and the finalists among them for longer. Returns the finalists.
+    /// Times the contenders, then times the finalists among them for longer. Returns the finalists.
     fn time(
         &self,
         stage: &mut Stage,
@@ -122,7 +127,7 @@ impl Contest<'_> {
         let ms = |i: usize| median(&all[i].times);
         match self.goal {
             Goal::MaxError(_) => finalists.sort_by(|a, b| ms(a.0).total_cmp(&ms(b.0))),
-            // The contenders are in the order of their errors already.
+            // The contenders are already in the order of their errors.
             Goal::MaxMs(limit) => finalists.retain(|(i, _)| ms(*i) <= NEAR * limit),
         }
         finalists.truncate(FINALISTS);

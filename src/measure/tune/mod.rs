@@ -1,10 +1,11 @@
-//! The search for the settings that a view needs: the cheapest within an error, or the most accurate within a time.
+//! Searches for the settings that suit a view: the cheapest within an error, or the most accurate within a time.
 //!
-//! Some of what a view needs is known before anything is rendered ([`Requirements`]). Each of the remaining settings is
-//! rendered once, in the order of their work, because their error does not depend on time. Those that can still win are
-//! timed roughly, and those near the goal are varied knob by knob. At last the contenders are timed in interleaved
-//! rounds, and the finalists among them for longer. The search proves nothing: it never looks at settings that are far
-//! from all those near the goal.
+//! The G-buffer of a view alone already rules out some combinations of settings ([`Requirements`]). Each remaining
+//! combination is rendered once for its error, those with the least work first; once is enough, because the error is
+//! the same in every run. Combinations that can still win are timed roughly, and those near the goal are varied in one
+//! setting at a time. At last the contenders, which may win, are timed in interleaved rounds, and the best of them, the
+//! finalists, are timed for longer. The search does not prove that its answer is the best: it never tries combinations
+//! that are far from all those near the goal.
 #![doc = include_str!("../tuned.md")]
 
 pub mod choice;

@@ -1,4 +1,4 @@
-//! What a view needs of settings, found before the search.
+//! Finds the properties of a view that decide which settings make sense on it, before the search.
 
 use crate::image::Image;
 use crate::measure::Shot;
@@ -7,25 +7,26 @@ use crate::settings::{Method, MethodBlur, Settings};
 use crate::{Error, Pipeline, Request};
 use std::sync::Arc;
 
-/// The step in texels below which a pixel certainly exits early. It is 1, less what rounding to 16-bit depth may add.
+/// The length of a step in texels below which a method certainly exits early. It is 1 minus the most that rounding to
+/// 16-bit depth may add.
 const SURELY_BELOW: f64 = 0.999;
 
-/// What a view needs of settings, known before the search.
+/// The properties of a view that decide which settings make sense on it.
 #[derive(Clone, Debug)]
 pub struct Requirements {
-    /// The pixels that hold a surface. Errors count there.
+    /// The pixels that hold a surface. Errors are computed over these.
     pub covered: Image<bool>,
-    /// Depth samples a pixel, as many as the driver gave.
+    /// The number of depth samples per pixel that the driver gave.
     pub samples: u32,
-    /// How many pixels the blur takes for edges: first with the depth sigma of the methods that share one, then with
-    /// that of `ssao`.
+    /// The number of edge pixels: first with the depth sigma that all methods but `ssao` share, then with that of
+    /// `ssao`.
     pub edge_pixels: [usize; 2],
-    /// R in texels at the farthest covered pixel and at the nearest.
+    /// R in texels, first at the farthest covered pixel, then at the nearest.
     pub radius_px: (f64, f64),
 }
 
 impl Requirements {
-    /// Renders the view's G-buffer and its edges.
+    /// Renders the G-buffer and the edges of the view, and finds the requirements from them.
     pub(super) fn of<'a>(
         gl: &Arc<glow::Context>,
         gbuffers: &mut GBuffers<'a>,
@@ -46,7 +47,7 @@ impl Requirements {
         let mut edge_pixels = [0; 2];
         if samples > 1 {
             let method = if edge_kind(base.method) == 0 { base.method } else { Method::Hbao };
-            // Of all sample counts of `ssao`, 8 has the least depth sigma, and so the most edges.
+            // Of all sample counts of `ssao`, 8 samples have the least depth sigma, and so the most edges.
             for (pixels, method) in edge_pixels.iter_mut().zip([method, Method::Ssao]) {
                 let settings = Settings { method, ssao_samples: 8, ..base.clone() };
                 let request = Request { gbuffer_only: true, edges: true, ..Request::default() };
@@ -58,28 +59,30 @@ impl Requirements {
         Ok(Requirements { covered, samples, edge_pixels, radius_px })
     }
 
-    /// How many pixels the method's blur takes for edges.
+    /// Returns the number of edge pixels for the blur of the method.
     pub fn edges_of(&self, method: Method) -> usize {
         self.edge_pixels[edge_kind(method)]
     }
 
-    /// Whether every pixel certainly exits early because its step is below a texel.
+    /// Returns whether the method certainly exits early at every pixel, because a step is shorter than a texel
+    /// everywhere.
     pub(super) fn all_exit(&self, settings: &Settings) -> bool {
         settings.method.facts().exits_early && step(self.radius_px.1, settings) < SURELY_BELOW
     }
 
-    /// Whether some pixel may exit early because its step is below a texel.
+    /// Returns whether the method may exit early at some pixel, because a step may be shorter than a texel there.
     pub(super) fn some_may_exit(&self, settings: &Settings) -> bool {
         settings.method.facts().exits_early && step(self.radius_px.0, settings) < 1.0 / SURELY_BELOW
     }
 }
 
-/// The index into [`Requirements::edge_pixels`] of a method: its blur decides which pixels are edges.
+/// Returns the index of a method's number in [`Requirements::edge_pixels`]. The blur of the method decides which pixels
+/// are edges.
 pub(super) fn edge_kind(method: Method) -> usize {
     usize::from(method.facts().blur == MethodBlur::Crysis)
 }
 
-/// The length of a step in texels of ambient occlusion, where R covers `radius_px` texels of the image.
+/// Returns the length of a step in texels of ambient occlusion, if R covers `radius_px` pixels of the image.
 fn step(radius_px: f64, settings: &Settings) -> f64 {
     radius_px / f64::from(settings.steps + 1) / f64::from(settings.ao_scale())
 }

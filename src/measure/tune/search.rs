@@ -1,4 +1,5 @@
-//! The search itself: settings are rendered for their error, and those near the goal are varied knob by knob.
+//! The search itself: combinations of settings are rendered for their error, and those near the goal are varied in one
+//! setting at a time.
 
 use super::choice::Goal;
 use super::contest::{Contest, NEAR, NOISE};
@@ -16,9 +17,10 @@ use crate::settings::{KNOBS, Settings};
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// The most rounds of variations: later ones find little.
+/// The largest number of rounds of variations. Later rounds would find little.
 const ROUNDS: usize = 4;
-/// How many leaders of each kind are varied in a round.
+/// The largest number of combinations that are varied in a round, both of those that meet the goal and of those that
+/// nearly meet it.
 const LEADERS: usize = 4;
 
 /// A search on one view.
@@ -28,17 +30,17 @@ pub struct Tuner<'a> {
     space: Space,
     requirements: Requirements,
     tried: Vec<Tried>,
-    /// The driver's first refusal.
+    /// The first error with which the driver refused a combination.
     refusal: Option<Error>,
 }
 
 impl<'a> Tuner<'a> {
-    /// Looks at a view. The search keeps the radius, attenuation, strength, bias and depth samples of `base`, and every
-    /// knob that `pinned` names. The radius must be in scene units.
+    /// Prepares a search on a view. The search keeps the radius, attenuation, strength, bias and number of depth
+    /// samples of `base`, and every setting that `pinned` names. The radius must be in scene units.
     ///
     /// # Errors
-    /// What the driver refuses; or `half-res` and a `blur` of 0 that are both pinned, because then no image has full
-    /// size.
+    /// [`Error::Gl`] if the driver refuses a shader, an allocation or a call. [`Error::Usage`] if `half-res` and a
+    /// `blur` of 0 are both pinned, because no image would then have full size.
     pub fn new(gl: &Arc<glow::Context>, shot: Shot<'a>, base: &Settings, pinned: &[&str]) -> Result<Tuner<'a>, Error> {
         if base.ao_scale() > 1 && base.blur == 0 && pinned.contains(&"half-res") && pinned.contains(&"blur") {
             return Err(Error::Usage(
@@ -61,16 +63,17 @@ impl<'a> Tuner<'a> {
         })
     }
 
-    /// What the view needs of settings.
+    /// Returns the requirements that were found on the view.
     pub fn requirements(&self) -> &Requirements {
         &self.requirements
     }
 
     /// Searches. The contenders are timed in `runs` interleaved rounds, and the finalists in three times as many more.
-    /// `progress` is called with what is done and what there is to do, as far as that is known.
+    /// `progress` is called with the number of steps that are done and the number of steps that are known so far.
     ///
     /// # Errors
-    /// A view or a truth without a pixel to compare; or the driver's refusal where it refused all settings.
+    /// [`Error::Usage`] if there is no pixel to compare, or if the view and the truth have different sizes.
+    /// [`Error::Gl`] if the driver refused all combinations.
     pub fn run(
         mut self,
         truth: &Image<f32>,
@@ -90,7 +93,7 @@ impl<'a> Tuner<'a> {
                 self.tried.push(tried);
                 progress(self.tried.len(), all);
             }
-            // Wider formats cost memory and gain little: they are varied only where nothing else reaches the error.
+            // Wider formats cost memory and gain little. They are tried only if nothing else reaches the error.
             let reached = self.tried.iter().any(|tried| tried.share(goal).is_some_and(|share| share <= 1.0));
             let wide = round > 0 && !reached && matches!(goal, Goal::MaxError(_));
             let leaders = self.leaders(goal, round, wide);
@@ -105,7 +108,7 @@ impl<'a> Tuner<'a> {
         Ok(Tuned { tried: self.tried, best })
     }
 
-    /// Rejects settings unrendered, or renders them for their error, and times them roughly where they can win.
+    /// Rejects a combination without rendering it, or renders it for its error and times it roughly if it may win.
     fn try_once(&mut self, settings: Settings, truth: &Image<f32>, goal: Goal) -> Result<Tried, Error> {
         let verdict = self.unrendered(&settings, goal).unwrap_or(Verdict::Open);
         let mut tried = Tried::new(settings, verdict);
@@ -138,7 +141,7 @@ impl<'a> Tuner<'a> {
         Ok(())
     }
 
-    /// Why settings need not be rendered; none where they must be.
+    /// Returns why a combination need not be rendered, or `None` if it must be.
     fn unrendered(&self, settings: &Settings, goal: Goal) -> Option<Verdict> {
         if check_depth_range(settings, self.camera).is_err() {
             return Some(Verdict::DepthFormat);
@@ -155,8 +158,8 @@ impl<'a> Tuner<'a> {
         self.tried.iter().any(more).then_some(Verdict::MoreWork)
     }
 
-    /// The settings that are worth varying: the best of those that meet the goal, and those that nearly meet it and
-    /// would be better. Where there are none, those nearest to the goal.
+    /// Returns the combinations that are worth varying: the best of those that meet the goal, and those that nearly
+    /// meet it and would be better. If there are none, it returns those that are nearest to the goal.
     fn leaders(&self, goal: Goal, round: usize, wide: bool) -> Vec<usize> {
         let usual = |&i: &usize| wide || !self.space.is_wide(&self.tried[i].settings);
         let all = (0..self.tried.len()).filter(usual);
@@ -167,8 +170,8 @@ impl<'a> Tuner<'a> {
         };
         open.sort_by(|a, b| sought(a.0).total_cmp(&sought(b.0)));
         let mut meeting: Vec<usize> = open.iter().filter(|(_, share)| *share <= 1.0).map(|(i, _)| *i).collect();
-        // The first round also varies one of every method: a method that is far behind in the sweep may be ahead with
-        // other counts.
+        // The first round also varies the best combination of every method. A method that is far behind in the sweep
+        // may be ahead with other numbers of samples.
         let mut methods = HashSet::new();
         let mut place = 0;
         meeting.retain(|&i| {

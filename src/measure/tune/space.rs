@@ -1,4 +1,4 @@
-//! Which settings a search goes through, and what is known of them before they are rendered.
+//! The combinations of settings that a search tries, and what is known about them before they are rendered.
 
 use super::requirements::edge_kind;
 use crate::measure::trade;
@@ -6,24 +6,26 @@ use crate::settings::{
     AoFormat, DepthFormat, Edges, Jitter, KNOBS, Kind, Knob, Method, NormalFormat, Settings, SsaoDepth, Toggle,
 };
 
-/// Directions and steps of the sweep, beside those of `trade`. The variations of the leaders find what lies between.
+/// The numbers of directions and steps in the sweep, in addition to those of `trade`. The variations of the leaders try
+/// the numbers between.
 const DIRECTIONS: [u32; 4] = [2, 4, 8, 16];
 const STEPS: [u32; 5] = [2, 4, 8, 16, 32];
-/// Directions, rays and steps of the sweep where the method is pinned and reads rays.
+/// The numbers of directions, rays and steps in the sweep if the method is pinned and reads rays.
 const WITH_RAYS: ([u32; 4], [u32; 4], [u32; 3]) = ([2, 4, 8, 16], [1, 2, 4, 8], [4, 8, 16]);
 
-/// The counts that are tried. Counts that are nearer to each other than these hardly differ in their results.
+/// The numbers of directions, steps and rays that are tried. Numbers that are nearer to each other hardly differ in
+/// their results.
 const COUNTS: [u32; 20] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 64, 96, 128, 256];
 /// The widths of the blur that are tried; 0 is off.
 const BLURS: [u32; 6] = [0, 5, 9, 13, 21, 31];
 
-/// The settings that may be searched. They are as in `base` in every pinned knob, and in the knobs that decide what the
-/// user's picture looks like.
+/// The combinations that may be searched. They agree with `base` in every pinned setting, and in the settings that
+/// determine how the user's picture should look: the radius, attenuation, strength, bias and number of depth samples.
 pub(super) struct Space {
     pub(super) base: Settings,
-    /// The knobs that the search leaves as they are in `base`.
+    /// The settings that the search leaves as they are in `base`.
     pub(super) pinned: Vec<&'static Knob>,
-    /// Whether any pixel is an edge, for each kind of [`edge_kind`].
+    /// Whether any pixel is an edge, by the index that [`edge_kind`] returns.
     pub(super) edges: [bool; 2],
 }
 
@@ -32,9 +34,9 @@ impl Space {
         self.pinned.iter().any(|pinned| pinned.name == knob)
     }
 
-    /// `settings` as they may be searched: with the pinned knobs, with those that decide the user's picture, and
-    /// without a supersampled blur where no pixel needs one. None for another method than a pinned one, and for an
-    /// image that would stay at half size.
+    /// Changes `settings` to a combination that may be searched: with the pinned settings of `base`, with those that
+    /// determine the user's picture, and without a supersampled blur if no pixel is an edge. `None` if another method
+    /// is pinned, or if the image would stay at half size.
     pub(super) fn admit(&self, settings: &Settings) -> Option<Settings> {
         let base = &self.base;
         if self.pins("method") && settings.method != base.method {
@@ -58,8 +60,8 @@ impl Space {
         whole.then_some(admitted)
     }
 
-    /// The settings that the search begins with: the sweep of `trade`, a finer sweep of the pinned method, or of `hbao`
-    /// where none is pinned, and a finer sweep of `ssao`.
+    /// Returns the combinations that the search begins with: the sweep of `trade`, a finer sweep of the pinned method
+    /// (of `hbao` if none is pinned), and a finer sweep of `ssao`.
     pub(super) fn sweep(&self) -> Vec<Settings> {
         let method = if self.pins("method") { self.base.method } else { Method::Hbao };
         let of = Settings::for_method(method);
@@ -87,8 +89,8 @@ impl Space {
         all
     }
 
-    /// Settings that differ from these in one knob, or that trade directions for steps. Where `wide` is true, they also
-    /// differ in wider formats.
+    /// Returns the combinations that differ from this one in one setting, or that have more directions and fewer steps,
+    /// or the reverse. If `wide` is true, they include those with a wider format.
     pub(super) fn around(&self, settings: &Settings, wide: bool) -> Vec<Settings> {
         let s = settings;
         let mut all = Vec::new();
@@ -121,19 +123,20 @@ impl Space {
         all
     }
 
-    /// Whether the settings have formats wider than the usual ones, which the user did not ask for.
+    /// Returns whether a format is wider than the usual one and the user did not pin it.
     pub(super) fn is_wide(&self, settings: &Settings) -> bool {
         settings.ao_format != AoFormat::R8 && !self.pins("ao-format")
             || settings.normal_format != NormalFormat::Rgba8Snorm && !self.pins("normal-format")
     }
 }
 
-/// The numbers that the setting of this name may have.
+/// Returns the numbers that the setting of this name may have.
 fn choices(name: &str) -> impl Iterator<Item = u32> {
     Knob::named(name).into_iter().flat_map(Knob::choices).copied()
 }
 
-/// The counts next to the setting's own: the lower one first, then the higher one if the setting's range includes it.
+/// Returns the numbers next to the setting's own in [`COUNTS`]: the lower one, then the higher one if it is in the
+/// setting's range.
 fn next_to(name: &str, settings: &Settings) -> Vec<u32> {
     let Some((knob, count)) = Knob::named(name).and_then(|knob| Some((knob, knob.count(settings)?))) else {
         return Vec::new();
@@ -144,19 +147,20 @@ fn next_to(name: &str, settings: &Settings) -> Vec<u32> {
     lower.into_iter().chain(higher).collect()
 }
 
-/// What identifies settings: the values of the knobs that their image follows from. It is the same for settings that
-/// render the same image.
+/// Returns the values of the settings that determine the image, as one text. Combinations that render the same image
+/// have the same text.
 pub(super) fn key(settings: &Settings) -> String {
     let s = settings;
-    // Where no method draws, A = 1 whatever the formats are.
+    // If no method draws, visibility is 1 everywhere, whatever the formats are.
     let matters = |knob: &str| s.idle(knob).is_none() && (s.method.computes() || !knob.ends_with("-format"));
     let values = KNOBS.iter().filter(|knob| matters(knob.name)).map(|knob| knob.text(s));
     values.chain([s.method.name().into(), (s.blur > 0).to_string()]).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether `a` certainly takes no more work than `b`: they are the same in everything but counts and blur, and `a` has
-/// no higher count. `exits` is whether `b` may exit early at pixels whose step is below a texel. With fewer steps the
-/// step is longer, so that `a` may have to compute those pixels.
+/// Returns whether `a` certainly takes no more work than `b`: either `a` has no pass at all, or they differ only in
+/// numbers of samples and in the blur, and `a` has no larger number and no more blur. `exits` says whether `b` may exit
+/// early at some pixel. If so, `a` must not have fewer steps: with fewer steps each is longer, so `a` may have to
+/// compute pixels at which `b` exits.
 pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
     if !a.method.computes() {
         return true;
@@ -181,7 +185,8 @@ pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
         && of_b(a) == *b
 }
 
-/// Roughly how much work settings take, in depth samples a pixel. It decides only the order in which they are tried.
+/// Returns roughly how much work a combination takes, in depth samples per pixel. It only determines the order in which
+/// combinations are tried.
 pub(super) fn work(settings: &Settings) -> f64 {
     let s = settings;
     match s.method.samples(s) {

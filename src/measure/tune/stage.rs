@@ -1,4 +1,4 @@
-//! The view that a search renders its settings on.
+//! The view on which a search renders combinations of settings.
 
 use crate::image::Image;
 use crate::measure::Shot;
@@ -9,10 +9,10 @@ use crate::settings::Settings;
 use crate::{AmbientOcclusion, Error, Inputs, Timers};
 use std::sync::Arc;
 
-/// Ambient occlusion that is ready to be rendered, and what it is computed from.
+/// Ambient occlusion that is ready to be rendered, and its inputs.
 pub(super) type Ready = (AmbientOcclusion, Inputs);
 
-/// A view, its G-buffers, and the means to render and time settings on it.
+/// A view with its G-buffers and timers, on which combinations are rendered and timed.
 pub(super) struct Stage<'a> {
     gl: Arc<glow::Context>,
     shot: Shot<'a>,
@@ -25,13 +25,13 @@ impl<'a> Stage<'a> {
         Ok(Stage { gl: gl.clone(), shot, gbuffers, timers: Timers::new(gl, true)? })
     }
 
-    /// Compiles and allocates what these settings need.
+    /// Prepares to render this combination: allocates its images, and renders its G-buffer if there is none yet.
     pub(super) fn ready(&mut self, settings: &Settings) -> Result<Ready, Error> {
         let inputs = self.gbuffers.inputs(self.shot, settings)?;
         Ok((AmbientOcclusion::new(self.gl.clone(), self.shot.size, settings)?, inputs))
     }
 
-    /// Renders once, and compares the image with the truth where `covered` is true.
+    /// Renders once, and compares the image with the truth at the pixels where `covered` is true.
     pub(super) fn errors(
         &self,
         (ao, inputs): &mut Ready,
@@ -39,18 +39,19 @@ impl<'a> Stage<'a> {
         covered: &Image<bool>,
     ) -> Result<Errors, Error> {
         ao.render(inputs)?;
-        // FLIP takes longer than the rendering of a fast method: contenders alone have it.
+        // FLIP takes longer than rendering a fast method. It is computed only for contenders.
         let errors = Comparison::without_flip(&ao.image()?, truth)?.over(covered)?;
         errors.ok_or_else(Errors::of_nothing)
     }
 
-    /// The shorter of two runs in a row, in milliseconds.
+    /// Renders twice in a row, and returns the shorter time in milliseconds.
     pub(super) fn rough_ms(&mut self, (ao, inputs): &mut Ready) -> Result<f64, Error> {
         let first = timed(ao, inputs, &mut self.timers)?;
         Ok(first.min(timed(ao, inputs, &mut self.timers)?))
     }
 
-    /// Interleaved runs in milliseconds, for each of `passes`. `progress` is called after each rendering.
+    /// Times `passes` in interleaved runs, and returns the milliseconds of each run for each of them. `progress` is
+    /// called after each rendering.
     pub(super) fn interleaved(
         &mut self,
         passes: &mut [Ready],

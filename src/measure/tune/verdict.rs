@@ -1,42 +1,44 @@
-//! The settings that a search considered, and why each of them lost or won.
+//! The combinations of settings that a search considered, and why each of them won or lost.
 
 use super::choice::{Goal, Measured};
 use crate::measure::errors::Errors;
 use crate::measure::median;
 use crate::settings::Settings;
 
-/// Why settings lost, or that they won.
+/// Why a combination lost, or that it won.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// There is no verdict yet: the search is under way.
+    /// There is no verdict yet.
     Open,
-    /// They are the answer.
+    /// It is the answer.
     Best,
-    /// They were not rendered: every step is below a texel, where A = 1 as without a method.
+    /// It was not rendered, because every step is shorter than a texel. Visibility is then 1 everywhere, as without a
+    /// method.
     StepsBelowTexel,
-    /// They were not rendered: a 16-bit depth does not hold both the near and the far plane.
+    /// It was not rendered, because a 16-bit depth cannot hold both the near and the far plane.
     DepthFormat,
-    /// They were not rendered: they take more work than settings that reach the error, or that take far longer than the
-    /// time.
+    /// It was not rendered, because it takes no less work than a combination that reaches the error or, if the time is
+    /// limited, than one whose rough time is over twice the limit.
     MoreWork,
-    /// The driver refuses them.
+    /// The driver refuses it.
     Refused,
-    /// Their error is above the limit.
+    /// Its error is above the limit.
     TooInaccurate,
-    /// Others are as accurate with less work, and differ in counts alone.
+    /// Another combination, which differs only in numbers of samples and in the blur, is at least as accurate with no
+    /// more work.
     NoGain,
-    /// The error is reached without wider formats.
+    /// It has a wider format than usual, and others reach the error without one.
     WiderThanNeeded,
-    /// Their time is above the limit.
+    /// Its time is above the limit.
     TooSlow,
-    /// They are as good as the answer, and slower.
+    /// It is slower than the answer, or as accurate as the answer and not faster.
     Slower,
-    /// They are less accurate than the answer, and no faster beyond noise.
+    /// It is less accurate than the answer, and not faster than noise explains.
     LessAccurate,
 }
 
 impl Verdict {
-    /// Its name in files.
+    /// Returns the name of the verdict in files.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Open => "open",
@@ -55,38 +57,38 @@ impl Verdict {
     }
 }
 
-/// Settings that were considered.
+/// A combination that was considered.
 #[derive(Clone, Debug)]
 pub struct Tried {
     /// The settings.
     pub settings: Settings,
-    /// The shorter of two runs in a row, in milliseconds; none where they could not win.
+    /// The shorter of two runs in a row, in milliseconds; `None` if the combination could not win.
     pub rough_ms: Option<f64>,
-    /// Interleaved runs, in milliseconds; empty where they were no contender.
+    /// The interleaved runs, in milliseconds; empty if the combination was no contender.
     pub times: Vec<f64>,
-    /// The errors against the truth; none where they were not rendered. Contenders alone have FLIP.
+    /// The errors relative to the truth; `None` if the combination was not rendered. Only contenders have FLIP.
     pub errors: Option<Errors>,
-    /// Why they lost or won.
+    /// Why the combination lost or won.
     pub verdict: Verdict,
 }
 
 impl Tried {
-    /// Settings that were neither rendered nor timed so far.
+    /// Makes a record of a combination that has been neither rendered nor timed.
     pub(super) fn new(settings: Settings, verdict: Verdict) -> Tried {
         Tried { settings, rough_ms: None, times: Vec::new(), errors: None, verdict }
     }
 
-    /// Milliseconds: the median of the interleaved runs, else the rough time.
+    /// Returns the median of the interleaved runs in milliseconds, or the rough time if there are none.
     pub fn ms(&self) -> Option<f64> {
         if self.times.is_empty() { self.rough_ms } else { Some(median(&self.times)) }
     }
 
-    /// The RMSE.
+    /// Returns the RMSE, if the combination was rendered.
     pub fn rmse(&self) -> Option<f64> {
         self.errors.map(|errors| errors.rmse)
     }
 
-    /// What the final choice is made by; none where there are no interleaved runs.
+    /// Returns the measurements from which the final choice is made; `None` if there are no interleaved runs.
     pub(super) fn measured(&self) -> Option<Measured> {
         let mut sorted = self.times.clone();
         sorted.sort_by(f64::total_cmp);
@@ -94,25 +96,26 @@ impl Tried {
         Some(Measured { rmse: self.rmse()?, ms: median(&self.times), upper_ms })
     }
 
-    /// The limited quantity as a share of its limit; none for settings that cannot win.
+    /// Returns the limited quantity divided by its limit; `None` for a combination that cannot win.
     pub(super) fn share(&self, goal: Goal) -> Option<f64> {
         let ms = if matches!(goal, Goal::MaxError(_)) { 0.0 } else { self.ms()? };
         Some(goal.share(ms, self.rmse()?)).filter(|_| self.verdict == Verdict::Open)
     }
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, Debug)]
 pub struct Tuned {
-    /// All settings that were considered, in their order.
+    /// All combinations that were considered, in the order in which they were tried.
     pub tried: Vec<Tried>,
-    /// The answer's index, if there is an answer.
+    /// The index of the answer, if there is one.
     pub best: Option<usize>,
 }
 
 impl Tuned {
-    /// The answer, and then those of the timed settings that came nearest to it: those that would have won with the
-    /// least change of the limited quantity and of the one to be minimised, both as factors.
+    /// Returns the indices of the answer and of the timed combinations that came nearest to it, `count` in all. The
+    /// nearest are those that would have won if the limited quantity and the minimised quantity had been smaller by the
+    /// smallest factors.
     pub fn nearest(&self, goal: Goal, count: usize) -> Vec<usize> {
         let measured = |i: usize| Some((self.tried[i].ms()?, self.tried[i].rmse()?));
         let Some((best, (ms, rmse))) = self.best.and_then(|i| Some((i, measured(i)?))) else { return Vec::new() };
@@ -125,7 +128,7 @@ impl Tuned {
     }
 }
 
-/// Gives all settings that were rendered their final verdict.
+/// Gives every combination that was rendered its final verdict.
 pub(super) fn decide(all: &mut [Tried], goal: Goal, best: Option<usize>) {
     let open = all.iter().filter(|tried| tried.verdict == Verdict::Open);
     let meeting = open.filter_map(Tried::measured).filter(|one| goal.share(one.ms, one.rmse) <= 1.0);

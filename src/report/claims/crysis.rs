@@ -65,7 +65,7 @@ fn pattern_vanishes(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     })
 }
 
-/// Where a point of eye space lies in the world.
+/// Converts a point from eye space to world space.
 fn to_world(camera: &Camera, p: DVec3) -> DVec3 {
     camera.eye + p.x * camera.right + p.y * camera.up + p.z * camera.forward
 }
@@ -110,7 +110,7 @@ fn hidden_points_are_open(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
 }
 
 fn beyond_the_border(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
-    // The paper says about 10 % of the screen's size.
+    // The paper proposes a margin of about 10 % of the screen's size.
     const SHARE: f64 = 0.1;
     const ALIKE: f64 = 0.1;
     const VISIBLE: f64 = 0.05;
@@ -118,7 +118,7 @@ fn beyond_the_border(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     let mut found = Vec::new();
     for subject in lab.data_sets() {
         let (width, height) = (lab.size.0 as usize, lab.size.1 as usize);
-        // The margin is made of whole tiles, so that both pictures are jittered alike.
+        // The margin consists of whole rotation tiles, so that both pictures have the same jitter.
         let margin = ((height as f64 * SHARE) as usize / 4 * 4).max(4);
         let wide = (lab.size.0 + 2 * margin as u32, lab.size.1 + 2 * margin as u32);
         if wide.0.max(wide.1) > size_limit(lab.gl) {
@@ -144,7 +144,7 @@ fn beyond_the_border(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
                 }
                 let (z, at) = (f64::from(depth.at(x, y)), f64::from(depth.at(border.0, border.1)));
                 if z.is_infinite() && at.is_infinite() {
-                    continue; // Where both are background, no occluder is missing.
+                    continue; // If both are background, no occluder is missing.
                 }
                 all += 1;
                 alike += usize::from((z - at).abs() <= ALIKE * at.min(z));
@@ -154,7 +154,7 @@ fn beyond_the_border(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
             continue;
         }
         let share = alike as f64 / all as f64;
-        // The second measure is what clamping does to the outermost pixels.
+        // The second measure is the effect of clamping on the outermost pixels.
         let clamped = lab.ao(subject, &settings)?;
         let cut = Image::from_fn(width, height, |x, y| whole.at(x + margin, y + margin));
         let strip = Image::from_fn(width, height, |x, y| {

@@ -24,7 +24,7 @@ pub(super) const ALL: &[Test] = &[
     outliers,
 ];
 
-/// The least occlusion that there is anything to remove of: one step of an 8-bit target.
+/// The least occlusion that counts as something to be removed: one step of an 8-bit target.
 const LEAST: f64 = 1.0 / 255.0;
 
 /// The number of pixels at which single tangents are compared.
@@ -40,7 +40,8 @@ fn tangents(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         let twin = Anatomy::new(&inputs, &settings)?;
         let (mut worst, mut compared, mut beyond) = (0.0f64, 0usize, 0usize);
         for (i, pixel) in seen.some_covered(PIXELS).into_iter().enumerate() {
-            // Each pixel has one offset; together they have all directions, and lengths up to a tenth of the picture.
+            // Each pixel is tested with one offset. Together the offsets have all directions, and lengths up to a tenth
+            // of the picture's height.
             let length = 1.0 + f64::from(lab.size.1) / 10.0 * ((i % 97) as f64 / 97.0);
             let offset = length * DVec2::from_angle(TAU * (i % 89) as f64 / 89.0);
             let Some(linear) = twin.tangent(pixel, offset) else { continue };
@@ -166,14 +167,14 @@ fn vertex_normals(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
             let settings = Settings { normals, ..ball.exact(Method::Hbao) };
             let seen = lab.see(&ball, lab.size, &settings)?;
             let image = lab.ao(&ball, &settings)?;
-            // A ball is convex, so that the truth is 1 everywhere.
+            // A ball is convex, so the true visibility is 1 everywhere.
             Ok(compare(&image, &image.map(|_| 1.0), &seen.covered())?.rmse)
         };
         let (derivative, vertex) = (open(Normals::Derivative)?, open(Normals::Vertex)?);
         let text =
             format!("false occlusion of {derivative:.4} RMS with derivative normals, {vertex:.4} with vertex normals");
         let mut one = bound.found(&ball.name, vertex - derivative, text);
-        // The claim says that large triangles show it most.
+        // The claim says that the effect is strongest on large triangles.
         if vertex > last {
             one.verdict = Verdict::DoesNotHold;
         }
@@ -279,8 +280,8 @@ fn snapped_directions_band(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     let bound = at_least(2.0, 1.2);
     let mut found = Vec::new();
     for subject in lab.data_sets() {
-        // By how much snapping moves A: the same samples are compared with the directions kept, at the pixels where no
-        // step is below a texel.
+        // Measures by how much snapping changes A: the same samples are compared with and without snapped directions,
+        // at the pixels where no step is shorter than a texel.
         let moved = |radius: f64, count: u32, longest: u32, smallest: f64| -> Result<Option<f64>, Error> {
             let settings = |snap| Settings {
                 radius: Radius::Units(radius),

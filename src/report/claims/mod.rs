@@ -1,4 +1,5 @@
-//! What the papers claim and what can be measured of it: each claim has what was found and the rule that decides.
+//! Tests of the papers' claims. Each test measures a claim, and returns the measurements and the rule that decides
+//! whether the claim holds.
 
 mod crysis;
 mod geometry;
@@ -10,7 +11,7 @@ mod test;
 
 use test::Test;
 
-/// Every test, those of the papers' first pages first.
+/// Returns every test, in the order of the papers' pages.
 pub(super) fn all() -> impl Iterator<Item = Test> {
     let chapters = [crysis::ALL, geometry::ALL, sampling::ALL, targets::ALL, speed::ALL];
     chapters.into_iter().flatten().copied()

@@ -1,4 +1,5 @@
-//! The claims of ShaderX7 6.2 on what is sampled and how samples are weighed, against ray-traced truth.
+//! The claims of ShaderX7 6.2 on which samples are taken and how they are weighted. They are tested by comparison with
+//! the ray-traced truth.
 
 use super::test::Test;
 use crate::report::claim::{Bound, Claim, Found, Verdict, at_least, at_most, decimal, percent, steps, times};
@@ -17,7 +18,7 @@ fn attenuation_per_sample(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     let mut found = Vec::new();
     for subject in lab.data_sets() {
         let each = subject.exact(Method::Hbao);
-        // This one has one W for each direction, and all else is alike.
+        // This method has one W for each direction, and everything else is the same.
         let horizon = Settings { method: Method::HbaoTalk, ..each.clone() };
         let covered = lab.see(subject, lab.size, &each)?.covered();
         let [by_each, by_horizon] = [lab.ao(subject, &each)?, lab.ao(subject, &horizon)?];
@@ -126,7 +127,8 @@ fn micro_spheres(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         let (mut too_dark, mut factors) = (Vec::new(), Vec::new());
         for scale in [1.0, 4.0] {
             let radius = Radius::Units(subject.radius * scale);
-            // Both take as many samples of the same texels, with W = 1 as micro-spheres have it.
+            // Both methods read the same texels the same number of times. W is 1, because micro-spheres have no
+            // attenuation.
             let of = |method| Settings {
                 radius,
                 directions: 16,
@@ -145,8 +147,8 @@ fn micro_spheres(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
             let [spheres, horizons] = [lab.ao(subject, &of(Method::Microsphere))?, lab.ao(subject, &of(Method::Hbao))?];
             let occlusion =
                 |image: &Image<f32>| Ok::<_, Error>(-compare(image, &image.map(|_| 1.0), &truth.mask)?.bias);
-            // The factor that would turn the spheres' mean occlusion into the truth's. No factor mends an occlusion of
-            // 0.
+            // The factor that would turn the mean occlusion of the spheres into that of the truth. If the occlusion of
+            // the spheres is 0, no factor does so.
             let (wanted, got) = (occlusion(&truth.visibility)?, occlusion(&spheres)?);
             factors.push((got > 1e-4).then(|| wanted / got));
             too_dark.push([share(&spheres), share(&horizons)]);

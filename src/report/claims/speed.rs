@@ -1,4 +1,4 @@
-//! The papers' claims on speed, decided by what was measured for the tables.
+//! The papers' claims on speed. The measurements for the tables decide them.
 
 use super::test::Test;
 use crate::report::claim::{Bound, Claim, Found, Verdict, at_least, at_most, percent, times};
@@ -11,11 +11,12 @@ use hbao::measure::published::{COLUMNS, CRYSIS_SMALL_DEPTH, EIGHT, FIGURE_1};
 pub(super) const ALL: &[Test] =
     &[ray_marching_is_slower, multisampling_is_free, half_resolution_balances, half_size_depth, mirroring];
 
-/// The fewest runs that have a spread which a ratio can be compared with.
+/// The least number of runs whose spread is meaningful.
 const FEWEST_RUNS: usize = 3;
 
-/// One list of times over another, run by run: the median over the pairs, which were measured in turns. The verdict is
-/// 'in part' where the runs disagree, that is where the least and the largest ratio have different verdicts.
+/// Divides one list of times by another, run by run, and takes the median of the ratios. The two cases were measured in
+/// turns, so the runs of a pair belong together. The verdict is 'in part' if the runs disagree, that is, if the least
+/// and the largest ratio have different verdicts.
 fn pairs(bound: Bound, scene: &str, [over, under]: [&[f64]; 2], what: &str) -> Option<Found> {
     let ratios: Vec<f64> = over.iter().zip(under).map(|(over, under)| over / under).collect();
     if ratios.len() < FEWEST_RUNS {
@@ -45,7 +46,7 @@ fn too_few_runs() -> Option<String> {
     Some(format!("fewer than {FEWEST_RUNS} runs tell nothing of their spread: give more --runs"))
 }
 
-/// The time of one case's ambient occlusion pass over that of another.
+/// Compares the time of one case's ambient occlusion pass with that of another.
 fn ao_ratio(measures: &Measures, mode: &str, over: &str, under: &str, bound: Bound) -> Vec<Found> {
     let both = measures.of_case(mode, over).zip(measures.of_case(mode, under));
     both.and_then(|(over, under)| pairs(bound, &measures.scene, [&over.ao_ms, &under.ao_ms], "")).into_iter().collect()
@@ -70,7 +71,7 @@ fn ray_marching_is_slower(_: &Lab, measures: &Measures) -> Result<Claim, Error> 
 fn multisampling_is_free(_: &Lab, measures: &Measures) -> Result<Claim, Error> {
     let bound = at_most(1.1, 1.25);
     let both = measures.of_case("msaa1", COLUMNS[EIGHT]).zip(measures.of_case("msaa4", COLUMNS[EIGHT]));
-    // A driver may have given fewer samples: then there is nothing to compare.
+    // If the driver gave fewer samples than were asked for, there is nothing to compare.
     let both = both.filter(|(_, four)| four.samples == four.case.settings.msaa);
     let found = both.and_then(|(one, four)| {
         let what = format!(

@@ -1,4 +1,4 @@
-//! ShaderX7 6.2 on formats, the blur, half resolution and multisampling.
+//! The claims of ShaderX7 6.2 on formats, the blur, half resolution and multisampling.
 
 use super::jitter_noise::noise;
 use super::test::Test;
@@ -20,11 +20,11 @@ pub(super) const ALL: &[Test] = &[
     supersampled_edges,
 ];
 
-/// A change of A by more than this is taken to be visible.
+/// A change of A by more than this counts as visible.
 const VISIBLE: f64 = 4.0 / 255.0;
 
-/// What a change of one setting does in every scene: the bound is on the root of the mean squared difference. The names
-/// `from` and `to` stand for the values of the setting.
+/// Measures the effect of a change of one setting in every scene. The bound limits the root of the mean squared
+/// difference. `from` and `to` name the two values of the setting.
 fn changes(
     lab: &Lab,
     bound: Bound,
@@ -124,7 +124,7 @@ fn separated_blur(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
 fn the_blur_shrinks(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     const QUIET: f64 = 1.0 / 255.0;
     const WIDTHS: [u32; 10] = [0, 3, 5, 7, 9, 13, 17, 21, 31, 41];
-    /// Stands for a blur wider than the widest.
+    /// Represents a blur that is wider than the widest.
     const BEYOND: u32 = 43;
     let mut found = Vec::new();
     for subject in lab.data_sets() {
@@ -209,7 +209,7 @@ fn half_resolution(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     })
 }
 
-/// An image of half the size: the mean of each 2x2 texels.
+/// Returns an image of half the size, in which each texel is the mean of 2x2 texels.
 fn halved(image: &Image<f32>) -> Image<f32> {
     Image::from_fn(image.width / 2, image.height / 2, |x, y| {
         (0..4).map(|i| image.at(2 * x + i % 2, 2 * y + i / 2)).sum::<f32>() / 4.0
@@ -240,9 +240,9 @@ fn supersampled_edges(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     })
 }
 
-/// The mean error on edge pixels without and with the supersampling blur, and the number of these pixels. Pixels are
-/// left out where the blur meets a surface whose steps are below a texel: there the chapter exits early at the smaller
-/// size, and not at the larger one.
+/// Returns the mean error on edge pixels without and with the supersampling blur, and the number of these pixels. A
+/// pixel is left out if its blur reaches a surface on which a step is shorter than a texel. On such a surface the
+/// chapter's method exits early at the smaller size, but not at the larger one.
 fn bleeding(lab: &Lab, subject: &Subject) -> Result<Option<(f64, f64, usize)>, Error> {
     let settings = Settings { msaa: 4, ..subject.exact(Method::Hbao) };
     let twice = (2 * lab.size.0, 2 * lab.size.1);

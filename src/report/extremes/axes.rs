@@ -1,6 +1,6 @@
-//! What is taken to its extremes, axis by axis, and what the page says of each.
+//! The axes of the extremes: what each varies, and what the page says about it.
 
-/// What is varied in one table.
+/// The quantity that one table varies.
 pub(super) struct Axis {
     pub(super) name: &'static str,
     /// The table's caption.

@@ -1,39 +1,40 @@
-//! The views and settings that go to the extremes.
+//! The cases at the extremes: views and settings.
 
 use glam::{DVec3, dvec3};
 use hbao::scene::{CORNELL_BOX, Lens, Mesh, Scene, View};
 use hbao::settings::{AoFormat, DepthFormat, NormalFormat, Radius};
 use hbao::{Error, Settings};
 
-/// The size of the images, whatever the report's own size is: errors of rounding do not need many pixels.
+/// The size of the images in pixels. It does not depend on the size of the report, because rounding errors can be
+/// measured on few pixels.
 pub(super) const SIZE: (u32, u32) = (128, 96);
-/// The size of images with thousands of samples a pixel.
+/// The size of images with thousands of samples per pixel, in pixels.
 pub(super) const SMALL: (u32, u32) = (48, 36);
-/// A size with as many rows as the papers' pictures have, so that a texel covers as small an angle.
+/// A size in pixels with as many rows as the papers' pictures, so that a texel covers an angle as small as theirs.
 const TALL: (u32, u32) = (16, 1200);
 
 /// The eye looks into the Cornell box from above its front, along none of its axes.
 pub(super) const EYE: DVec3 = dvec3(100.0, 400.0, 20.0);
 pub(super) const TARGET: DVec3 = dvec3(330.0, 160.0, 420.0);
 pub(super) const FOV_Y: f64 = 60.0;
-/// R, which is the scene's own.
+/// R, which is the default radius of the scene.
 pub(super) const RADIUS: f64 = 150.0;
 
-/// A view and settings, measured for one row of a table.
+/// A view and a combination of settings, which are measured for one row of a table.
 pub(super) struct Case {
-    /// The name of its axis.
+    /// The name of the axis.
     pub(super) axis: &'static str,
     pub(super) name: String,
-    /// Its value on the axis, for drawings.
+    /// The value on the axis, for drawings.
     pub(super) along: f64,
     pub(super) size: (u32, u32),
-    /// The mesh, or why it is refused.
+    /// The mesh, or the error with which it is refused.
     pub(super) mesh: Result<Mesh, Error>,
     pub(super) view: View,
     pub(super) settings: Settings,
 }
 
-/// Settings with one sample a pixel and float targets.
+/// Returns settings with one depth sample per pixel and float targets.
 pub(super) fn float(radius: f64) -> Settings {
     Settings {
         msaa: 1,
@@ -52,19 +53,21 @@ fn looking(eye: DVec3, target: DVec3, lens: Option<Lens>) -> View {
     View { eye: Some(eye), target: Some(target), lens, ..View::default() }
 }
 
-/// A mesh scaled, and moved away from the origin, with the view moved along. It is refused where no mesh may be.
+/// Scales a mesh, and moves it away from the origin together with the view. The mesh is an error if it reaches further
+/// than a mesh may.
 fn moved(mesh: &Mesh, scale: f64, offset: DVec3) -> (Result<Mesh, Error>, View) {
     let place = |p: DVec3| scale * p + offset;
     let positions = mesh.positions.iter().map(|&p| place(p)).collect();
     (Mesh::new(positions, mesh.triangles.clone()), looking(place(EYE), place(TARGET), lens(FOV_Y)))
 }
 
-/// The corners of a floor with sides of twice this length.
+/// Returns the corners of a floor whose sides are twice as long as `half`.
 fn floor(half: f64) -> Vec<DVec3> {
     [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, z)| dvec3(x, 0.0, z)).into()
 }
 
-/// A floor that reaches just beyond the picture, with a wall on it, seen in parallel rays at an angle above the floor.
+/// Makes a floor that reaches just beyond the picture, with a wall on it. The view is orthographic, at this angle above
+/// the floor.
 fn grazing(degrees: f64) -> (Result<Mesh, Error>, View) {
     let angle = degrees.to_radians();
     let wall = [(-20.0, 0.0), (15.0, 0.0), (15.0, 30.0), (-20.0, 30.0)].map(|(x, y)| dvec3(x, y, -0.3 * x));
@@ -74,13 +77,13 @@ fn grazing(degrees: f64) -> (Result<Mesh, Error>, View) {
     (mesh, looking(eye, DVec3::ZERO, Some(Lens::Height(80.0))))
 }
 
-/// A large floor, of which the picture shows a small part from a height of 1.
+/// Makes a large floor. The picture shows a small part of it, seen from a height of 1.
 fn large(half: f64) -> (Result<Mesh, Error>, View) {
     let view = looking(dvec3(0.3, 1.0, 1.0), DVec3::ZERO, lens(40.0));
     (Mesh::new(floor(half), vec![[0, 1, 2], [0, 2, 3]]), View { near: Some(0.1), far: Some(100.0), ..view })
 }
 
-/// All cases. Cases with the same settings stand next to each other.
+/// Returns all cases. Cases with the same settings stand next to each other.
 pub(super) fn cases() -> Result<Vec<Case>, Error> {
     let cornell = Scene::open(CORNELL_BOX)?.mesh;
     let base = || looking(EYE, TARGET, lens(FOV_Y));

@@ -1,4 +1,4 @@
-//! What was measured at the extremes.
+//! Measures the cases at the extremes.
 
 use super::cases::{Case, SIZE, cases, float};
 use crate::report::figure::Picture;
@@ -10,12 +10,12 @@ use hbao::settings::{DepthFormat, NormalFormat};
 use hbao::{Error, Settings, glow};
 use std::sync::Arc;
 
-/// What was found of a case.
+/// The result of one case.
 pub(super) struct Extreme {
-    /// The name of its axis.
+    /// The name of the axis.
     pub(super) axis: &'static str,
     pub(super) name: String,
-    /// Its value on the axis.
+    /// The value on the axis.
     pub(super) along: f64,
     /// The errors, or why the case is refused.
     pub(super) found: Result<Precision, String>,
@@ -24,13 +24,13 @@ pub(super) struct Extreme {
 /// The largest gaps between surfaces that the depth test does not resolve, relative to their depth.
 pub(super) struct Gaps {
     pub(super) orthographic: bool,
-    /// The near plane over the far plane.
+    /// The near depth divided by the far depth.
     pub(super) near_far: f64,
-    /// The gap at the near end, in the middle and at the far end.
+    /// The gaps at the near end, in the middle and at the far end of the view.
     pub(super) at: [f64; 3],
 }
 
-/// The false occlusion of a floor.
+/// The false occlusion of a floor, which nothing occludes.
 pub(super) struct Floor {
     /// The formats of depth and normals.
     pub(super) formats: &'static str,
@@ -55,7 +55,7 @@ pub(in crate::report) fn measure(gl: &Arc<glow::Context>) -> Result<Extremes, Er
     let mut found_cases = Vec::new();
     let mut last: Option<(Settings, (u32, u32), Comparer)> = None;
     for Case { axis, name, along, size, mesh, view, settings } in cases()? {
-        // Neighbours with the same settings share their programs.
+        // Neighbouring cases with the same settings share their programs.
         if last.as_ref().is_none_or(|(known, of, _)| *known != settings || *of != size) {
             last = Some((settings.clone(), size, Comparer::new(gl, size, &settings)?));
         }
@@ -83,7 +83,7 @@ pub(in crate::report) fn measure(gl: &Arc<glow::Context>) -> Result<Extremes, Er
     Ok(Extremes { cases: found_cases, gaps, floors, pictures })
 }
 
-/// The false occlusion of a floor in each format, by angle bias, and pictures of it.
+/// Measures the false occlusion of a floor for each format and angle bias, and makes pictures of it.
 fn floors(gl: &Arc<glow::Context>) -> Result<(Vec<Floor>, Vec<Picture>), Error> {
     let subject = scenes::floor()?;
     let camera = subject.camera(SIZE)?;
@@ -120,5 +120,5 @@ fn floors(gl: &Arc<glow::Context>) -> Result<(Vec<Floor>, Vec<Picture>), Error> 
     Ok((floors, pictures))
 }
 
-/// By which factor false occlusion is made darker in pictures.
+/// The factor by which false occlusion is made darker in pictures.
 pub(super) const LOUDER: f32 = 20.0;

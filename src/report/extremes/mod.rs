@@ -1,4 +1,5 @@
-//! 'Numbers at their extremes': what float32 and the narrower formats do, where each breaks, and what is done about it.
+//! 'Numbers at their extremes': measures what float32 and the narrower formats do to images, where each breaks down,
+//! and what is done about it.
 
 mod axes;
 mod cases;

@@ -1,4 +1,4 @@
-//! The part of the page on numbers at their extremes, and its JSON.
+//! Makes the part of the page on numbers at their extremes, and its JSON.
 
 use super::axes::{AXES, Axis};
 use super::cases::{EYE, FOV_Y, RADIUS, SIZE, SMALL, TARGET};
@@ -10,7 +10,7 @@ use hbao::measure::precision::{Precision, Spread};
 use hbao::measure::table::Table;
 use serde_json::{Value, json};
 
-/// A number that may be very small.
+/// Formats a number that may be very small, in scientific notation.
 fn tiny(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.1e}") }
 }
@@ -90,7 +90,7 @@ impl Extremes {
         })
     }
 
-    /// The part of the page on extremes.
+    /// Makes the part of the page on extremes.
     pub(in crate::report) fn figures(&self) -> Result<Vec<Figure>, Error> {
         let mut tables = Vec::new();
         for Axis { name, title, note } in AXES {

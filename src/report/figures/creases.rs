@@ -32,7 +32,7 @@ pub(super) fn angle_bias(lab: &Lab) -> Result<Figure, Error> {
     for bias in [0.0, 15.0, 30.0, 45.0f64] {
         let mut points = Vec::new();
         for degrees in (0..=90).step_by(6) {
-            // Both sides rise by half of the angle, so that one rises over the other's plane by the whole.
+            // Both faces rise by half of the angle, so that each rises over the plane of the other by the whole angle.
             let subject = scenes::fold("fold", "fold", -f64::from(degrees).to_radians() / 2.0, size)?;
             let settings = Settings {
                 radius: Radius::Units(12.0),

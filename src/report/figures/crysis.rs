@@ -24,11 +24,12 @@ pub(super) fn game_scene(lab: &Lab) -> Result<Figure, Error> {
     })
 }
 
-/// The share of open space that `ssao` finds in the middle of a fold, before the curve and the blur.
+/// Returns the share of the space around a point in the middle of a fold that `ssao` finds to be free, before the curve
+/// and the blur.
 pub(in crate::report) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64, Error> {
     let settings = Settings { ssao_curve: Toggle::Off, blur: 0, ..subject.exact(Method::Ssao) };
     let image = lab.ao(subject, &settings)?;
-    // Four by four pixels around the middle meet each residue of the tile once.
+    // Of the 4x4 pixels around the middle, each uses another texel of the rotation tile.
     let (x, y) = (image.width / 2, image.height / 2);
     let window = (0..16).map(|i| f64::from(image.at((x + i % 4).saturating_sub(2), (y + i / 4).saturating_sub(2))));
     Ok(window.sum::<f64>() / 16.0)

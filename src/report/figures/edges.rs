@@ -19,7 +19,7 @@ pub(super) fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
     else {
         return Err(Error::Usage("the final images were not kept".into()));
     };
-    // The window is where the two blurs differ most.
+    // The window shows the place where the two blurs differ most.
     let side = 96.min(with_final.width).min(with_final.height);
     let difference = with.ao()?.texels.iter().zip(&without.ao()?.texels).map(|(a, b)| (a - b).abs()).collect();
     let difference = Image { width: with_final.width, height: with_final.height, texels: difference };
@@ -55,7 +55,8 @@ pub(super) fn edge_bleeding(lab: &Lab) -> Result<Figure, Error> {
     })
 }
 
-/// The lower left corner of the window of `side` pixels, on a grid of half its side, that has the largest sum.
+/// Finds the window of `side` by `side` pixels that has the largest sum, on a grid of half its side, and returns its
+/// lower left corner.
 fn largest(image: &Image<f32>, side: usize) -> (usize, usize) {
     let step = (side / 2).max(1);
     let sum = |(left, bottom): &(usize, usize)| -> f32 {

@@ -1,4 +1,4 @@
-//! How the figures' pictures are made.
+//! Makes the pictures of the figures.
 
 use crate::picture::{self, FileFormat, ImageKind};
 use crate::report::figure::Picture;
@@ -35,7 +35,7 @@ pub(super) fn picture(
     })
 }
 
-/// The flags that set what differs from the command's defaults for this scene.
+/// Returns the flags for all settings that differ from the command's defaults for this scene.
 fn flags(subject: &Subject, settings: &Settings) -> String {
     let default = subject.settings(settings.method);
     let mut flags = String::new();
@@ -54,7 +54,7 @@ fn flags(subject: &Subject, settings: &Settings) -> String {
     flags
 }
 
-/// A part of an image as a picture of its own, with each pixel shown `enlarged` times as large.
+/// Makes a picture of a part of an image, in which each pixel is shown `enlarged` times as large.
 pub(in crate::report) fn detail<T: Texel<Component = u8>>(
     image: &Image<T>,
     (left, bottom): (usize, usize),
@@ -76,7 +76,7 @@ pub(in crate::report) fn detail<T: Texel<Component = u8>>(
     })
 }
 
-/// Visibility as grey.
+/// Converts visibility to grey.
 pub(in crate::report) fn grey(image: &Image<f32>) -> Image<u8> {
     image.map(|a| (255.0 * a).round() as u8)
 }

@@ -1,4 +1,4 @@
-//! The tables of `hbao bench`: the papers' tables measured again, and how costs grow.
+//! The tables of `hbao bench`: the papers' tables measured again, and the growth of costs.
 
 use super::cells::{number, samples_of, size_of, with_spread};
 use hbao::measure::bench::{Measurement, exponent};
@@ -7,21 +7,21 @@ use hbao::measure::published::{COLUMNS, EIGHT, FIGURE_1, TABLE_6_2_1, ULTRA, fig
 use hbao::measure::ratios::Ratio;
 use hbao::measure::table::{Column, Table};
 
-/// The modes of Table 6.2.1, and how they read.
+/// The modes of Table 6.2.1, and their names in tables.
 const MODES: [(&str, &str); 3] = [("half", "half resolution"), ("msaa1", "1x MSAA"), ("msaa4", "4x MSAA")];
 
-/// How a mode of Table 6.2.1 reads.
+/// Returns the name of a mode of Table 6.2.1 in tables.
 fn mode_in_words(mode: &str) -> &'static str {
     MODES.iter().find(|(known, _)| *known == mode).map_or("", |(_, words)| words)
 }
 
-/// What a cell shows of a measurement.
+/// Makes the text of a cell from a measurement.
 type Cell = fn(&Measurement) -> String;
 
-/// The frame rate, which Table 6.2.1 shows.
+/// The cell of the frame rate, which Table 6.2.1 shows.
 const FRAME_RATE: Cell = |one| number(one.fps(), 2);
 
-/// The times of a frame's parts: their names, and their cells.
+/// The times of the parts of a frame: their names, and their cells.
 const FRAME_TIMES: [(&str, Cell); 5] = [
     ("frame", |one| with_spread(&one.frame_ms)),
     ("AO", |one| with_spread(&one.ao_ms)),
@@ -30,24 +30,24 @@ const FRAME_TIMES: [(&str, Cell); 5] = [
     ("compiling", |one| number(one.compile_ms, 0)),
 ];
 
-/// A table with the columns of Table 6.2.1.
+/// Makes an empty table with the columns of Table 6.2.1.
 fn frame_columns() -> Table {
     Table::new([Column::left("", 28)].into_iter().chain(COLUMNS.map(|column| Column::right(column, 16))))
 }
 
-/// A row of a mode, with a cell for each column of Table 6.2.1.
+/// Makes the row of a mode, with a cell for each column of Table 6.2.1.
 fn frame_row(measured: &[Measurement], name: String, mode: &str, cell: Cell) -> Vec<String> {
     let of = |column: &str| measured.iter().find(|one| one.case.mode == mode && one.case.column == column);
     let cells = COLUMNS.iter().map(|column| of(column).map_or("-".into(), cell));
     [name].into_iter().chain(cells).collect()
 }
 
-/// The modes of Table 6.2.1 of which anything was measured, and how they read.
+/// Returns the modes of Table 6.2.1 that were measured, and their names in tables.
 fn modes(measured: &[Measurement]) -> impl Iterator<Item = (&'static str, &'static str)> {
     MODES.into_iter().filter(|(mode, _)| measured.iter().any(|one| one.case.mode == *mode))
 }
 
-/// Table 6.2.1 measured again: for each mode the frame rate, and below it the times of a frame's parts.
+/// Makes Table 6.2.1 from measurements: for each mode the frame rate, and below it the times of the parts of a frame.
 pub(crate) fn frames(measured: &[Measurement]) -> Table {
     frame_columns().filled(modes(measured).flat_map(|(mode, words)| {
         let rate = frame_row(measured, format!("{words}, frames/s"), mode, FRAME_RATE);
@@ -56,20 +56,20 @@ pub(crate) fn frames(measured: &[Measurement]) -> Table {
     }))
 }
 
-/// The frame rates of Table 6.2.1 measured again.
+/// Makes Table 6.2.1 from measurements, with frame rates only.
 pub(crate) fn frame_rates(measured: &[Measurement]) -> Table {
     let row = |(mode, words): (_, &str)| frame_row(measured, words.into(), mode, FRAME_RATE);
     frame_columns().filled(modes(measured).map(row))
 }
 
-/// The times of the frames' parts, in the cases of Table 6.2.1.
+/// Makes the table of the times of the parts of a frame, in the cases of Table 6.2.1.
 pub(crate) fn frame_times(measured: &[Measurement]) -> Table {
     frame_columns().filled(modes(measured).flat_map(|(mode, words)| {
         FRAME_TIMES.map(|(name, cell)| frame_row(measured, format!("{words}, {name}"), mode, cell))
     }))
 }
 
-/// Table 6.2.1 as it was published.
+/// Makes Table 6.2.1 as it was published.
 pub(crate) fn published_frames() -> Table {
     frame_columns().filled(TABLE_6_2_1.iter().map(|row| {
         let name = format!("{}, {}", mode_in_words(row.mode), row.card);
@@ -77,7 +77,7 @@ pub(crate) fn published_frames() -> Table {
     }))
 }
 
-/// Each method's AO pass alone, and Figure 1 of the talk.
+/// Makes the table of each method's AO pass alone, with the figures of Figure 1 of the talk.
 pub(crate) fn methods(measured: &[Measurement]) -> Table {
     let columns = [
         Column::left("method", 14),
@@ -106,7 +106,7 @@ pub(crate) fn methods(measured: &[Measurement]) -> Table {
     }))
 }
 
-/// How the two papers disagree about one graphics card.
+/// Says by how much the two papers disagree about one graphics card.
 pub(crate) fn disagreement() -> String {
     format!(
         "The two papers disagree: the talk has {} MPixels/s with 8 directions of 8 steps on an {ULTRA}, and Table 6.2.1, by its \
@@ -118,7 +118,7 @@ pub(crate) fn disagreement() -> String {
     )
 }
 
-/// Crysis' ambient occlusion, its blur, and both together, in milliseconds.
+/// Makes the table of the ambient occlusion of Crysis, its blur, and both together, in milliseconds.
 pub(crate) fn crysis(measured: &[Measurement]) -> Table {
     let columns = [
         Column::left("", 18),
@@ -132,7 +132,7 @@ pub(crate) fn crysis(measured: &[Measurement]) -> Table {
     }))
 }
 
-/// Ratios of times, here and in the papers.
+/// Makes the table of ratios of times, here and in the papers.
 pub(crate) fn ratios(ratios: &[Ratio]) -> Table {
     let columns = [Column::left("ratio of times", 42), Column::right("here", 8), Column::left("2008", 0).after_gap(3)];
     Table::new(columns).filled(ratios.iter().map(|ratio| {
@@ -141,22 +141,22 @@ pub(crate) fn ratios(ratios: &[Ratio]) -> Table {
     }))
 }
 
-/// Some of a measurement's times.
+/// Selects one kind of times of a measurement.
 pub(crate) type Times = fn(&Measurement) -> &Vec<f64>;
 
-/// The series of the scaling, each with the times that a power is fitted to.
+/// The series of the scaling, each with the times to which a power is fitted.
 pub(crate) const SERIES: [(&str, [(&str, Times); 2]); 3] = [
     ("pixels", [("ao", |one| &one.ao_ms), ("frame", |one| &one.frame_ms)]),
     ("samples", [("ao", |one| &one.ao_ms), ("floor", |one| &one.floor_ms)]),
     ("triangles", [("ao", |one| &one.ao_ms), ("gbuffer", |one| &one.gbuffer_ms)]),
 ];
 
-/// The measurements of one series of the scaling.
+/// Returns the measurements of one series of the scaling.
 pub(crate) fn of_series<'a>(measured: &'a [Measurement], series: &'a str) -> impl Iterator<Item = &'a Measurement> {
     measured.iter().filter(move |one| one.case.mode == "scaling" && one.case.column == series)
 }
 
-/// One series of the scaling.
+/// Makes the table of one series of the scaling.
 pub(crate) fn series(measured: &[Measurement], series: &str) -> Table {
     let columns = [
         Column::left(series, 12),
@@ -178,16 +178,16 @@ pub(crate) fn series(measured: &[Measurement], series: &str) -> Table {
     }))
 }
 
-/// How times grow along a series of the scaling.
+/// The growth of one kind of times along a series of the scaling.
 pub(crate) struct Growth {
     pub(crate) series: &'static str,
-    /// The times that grow.
+    /// The name of the times that grow.
     pub(crate) of: &'static str,
-    /// The fitted power of what varies along the series; none where no power can be fitted.
+    /// The power of the varied quantity with which the times grow; `None` if no power can be fitted.
     pub(crate) exponent: Option<f64>,
 }
 
-/// The powers that are fitted to the series.
+/// Fits a power to each kind of times of each series.
 pub(crate) fn growths(measured: &[Measurement]) -> Vec<Growth> {
     let fitted = |series: &str, times: Times| {
         exponent(&of_series(measured, series).map(|one| (one.along(), median(times(one)))).collect::<Vec<_>>())

@@ -1,25 +1,25 @@
-//! How numbers, times, sizes and counts are formatted in a cell.
+//! Formats numbers, times, sizes and counts for cells of tables.
 
 use hbao::measure::bench::Case;
 use hbao::measure::median;
 
-/// A number with this many decimal places, or a dash for one that is not finite.
+/// Formats a number with this many decimal places, or as a dash if it is not finite.
 pub(crate) fn number(x: f64, places: usize) -> String {
     if x.is_finite() { format!("{x:.places$}") } else { "-".into() }
 }
 
-/// The same for a number that may be missing.
+/// Does the same for a number that may be missing; the result is then a dash.
 pub(crate) fn optional(x: Option<f64>, places: usize) -> String {
     number(x.unwrap_or(f64::NAN), places)
 }
 
-/// The shortest and the longest of these times.
+/// Returns the shortest and the longest of these times.
 pub(crate) fn spread(times: &[f64]) -> (f64, f64) {
     times.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &t| (low.min(t), high.max(t)))
 }
 
-/// The median in milliseconds, and by how many percent the farthest run differs from it; a dash where no pass was
-/// timed.
+/// Formats the median in milliseconds, followed by the difference of the farthest run from it in percent; a dash if no
+/// pass was timed.
 pub(crate) fn with_spread(times: &[f64]) -> String {
     let ((low, high), middle) = (spread(times), median(times));
     let farthest = (high - middle).max(middle - low) / middle * 100.0;
@@ -31,12 +31,12 @@ pub(crate) fn with_spread(times: &[f64]) -> String {
     }
 }
 
-/// A case's width and height.
+/// Formats the width and height of a case.
 pub(crate) fn size_of(case: &Case) -> String {
     format!("{}x{}", case.size.0, case.size.1)
 }
 
-/// A case's directions, rays and steps, without the factors that are 1.
+/// Formats the numbers of directions, rays and steps of a case, without those that are 1.
 pub(crate) fn samples_of(case: &Case) -> String {
     match case.samples() {
         [1, 1, samples] => samples.to_string(),

@@ -1,4 +1,5 @@
-//! The tables of `hbao trade`: error against time, and the error decomposed by its causes.
+//! The tables of `hbao trade`: the time and the error of each combination of settings, and the error decomposed by its
+//! causes.
 
 use super::cells::optional;
 use crate::report::fields::trade_fields;
@@ -8,8 +9,8 @@ use hbao::measure::decomposition::Decomposition;
 use hbao::measure::table::{Column, Table};
 use hbao::measure::trade::TradeRow;
 
-/// Time and errors of a sweep's settings. The first column has a star where no other settings are better in both.
-/// `flip_places` are the decimal places of FLIP.
+/// Makes the table of the time and the errors of a sweep. The first column has a star if no other combination is better
+/// in both time and RMSE. `flip_places` is the number of decimal places of FLIP.
 pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
     let columns = [
         Column::left("", 2),
@@ -40,19 +41,19 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
     }))
 }
 
-/// Everything about a sweep's rows, for a CSV file.
+/// Makes a table of all fields of the rows of a sweep, for a CSV file.
 pub(crate) fn all_fields(rows: &[TradeRow]) -> Table {
     let rows: Vec<_> = rows.iter().map(trade_fields).collect();
     let names = rows.first().into_iter().flatten().map(|(name, _)| *name).collect::<Vec<_>>();
-    // In JSON a string stands in quotes, which a CSV file does without.
+    // Strings are written without the quotes that they have in JSON.
     let cell = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), String::from);
     Table::headed(names).filled(rows.iter().map(|row| row.iter().map(|(_, value)| cell(value)).collect()))
 }
 
-/// One choice of settings, and its error decomposed.
+/// One combination of settings, and its decomposed error.
 pub(crate) type Decomposed = (Settings, Decomposition);
 
-/// RMSE and bias of each part of the error.
+/// Makes the table of the RMSE and the bias of each part of the error.
 pub(crate) fn parts(all: &[Decomposed]) -> Table {
     let columns = [
         Column::left("method", 12).after_gap(2),
@@ -72,7 +73,7 @@ pub(crate) fn parts(all: &[Decomposed]) -> Table {
     }))
 }
 
-/// The number of pixels that the error is decomposed on.
+/// Returns the number of pixels at which the error is decomposed.
 pub(crate) fn decomposed_pixels(all: &[Decomposed]) -> usize {
     all.first().map_or(0, |(_, parts)| parts.pixels)
 }
