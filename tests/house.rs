@@ -92,10 +92,12 @@ fn paths(code: &str, again: bool) -> Vec<String> {
         let after = &rest[at + 4..];
         let end = after.find(';').unwrap_or(after.len());
         let exported = before == "pub" || before.starts_with("pub(") && before.ends_with(')');
-        if exported || before.is_empty() && !again {
+        // Otherwise these letters end another word.
+        let imports = exported || before.is_empty();
+        if imports && (exported || !again) {
             found.extend(leaves(&after[..end].replace('\n', " ")));
         }
-        rest = &after[end..];
+        rest = if imports { &after[end..] } else { after };
     }
     if !again {
         for start in ["crate::", "super::"] {
@@ -118,16 +120,18 @@ struct Modules(BTreeMap<Vec<String>, (String, String)>);
 
 impl Modules {
     fn read() -> Modules {
-        let mut modules = BTreeMap::from([(Vec::new(), ("src/lib.rs".to_string(), code(&read("src/lib.rs"))))]);
-        for file in files("src").into_iter().filter(|file| file.ends_with(".rs")) {
+        let sources = files("src").into_iter().filter(|file| file.ends_with(".rs") && file != "src/main.rs");
+        Modules::of(sources.map(|file| (file.clone(), read(&file))))
+    }
+
+    /// The modules of files, given as their names and texts.
+    fn of(files: impl IntoIterator<Item = (String, String)>) -> Modules {
+        let module = |(file, text): (String, String)| {
             let name = file.strip_prefix("src/").unwrap().strip_suffix(".rs").unwrap();
-            let path: Vec<String> = name.trim_end_matches("/mod").split('/').map(String::from).collect();
-            if name != "lib" && name != "main" {
-                let text = code(&read(&file));
-                modules.insert(path, (file, text));
-            }
-        }
-        Modules(modules)
+            let path = name.trim_end_matches("/mod").split('/').map(String::from).collect();
+            (if name == "lib" { Vec::new() } else { path }, (file, code(&text)))
+        };
+        Modules(files.into_iter().map(module).collect())
     }
 
     /// The module that a path written in `from` leads to. Names that a module exports again lead on to where they come
@@ -176,6 +180,35 @@ impl Modules {
         };
         self.0.iter().map(|entry| (entry.0.as_slice(), of(entry))).collect()
     }
+}
+
+/// Files that import each other in a circle, if there are any. Paths are cut to `depth` parts, so that 2 finds circles
+/// between folders of a room. A module and the modules inside it count as one thing: a circle goes through modules that
+/// stand side by side.
+fn circle(modules: &Modules, depth: usize) -> Option<String> {
+    let cut = |path: &[String]| path[..path.len().min(depth)].to_vec();
+    let related = |a: &[String], b: &[String]| a.starts_with(b) || b.starts_with(a);
+    let mut next: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> = BTreeMap::new();
+    for (path, imports) in modules.imports() {
+        let imports = imports.iter().map(|import| cut(import)).filter(|import| !related(&cut(path), import));
+        next.entry(cut(path)).or_default().extend(imports);
+    }
+    for start in next.keys() {
+        let mut seen = BTreeSet::new();
+        let mut open = vec![vec![start.clone()]];
+        while let Some(way) = open.pop() {
+            for import in &next[&way[way.len() - 1]] {
+                let way = [way.as_slice(), std::slice::from_ref(import)].concat();
+                if import == start {
+                    return Some(way.iter().map(|path| path.join("/")).collect::<Vec<_>>().join(" -> "));
+                }
+                if seen.insert(import.clone()) {
+                    open.push(way);
+                }
+            }
+        }
+    }
+    None
 }
 
 /// The room of a module: the first part of its path.
@@ -256,8 +289,8 @@ const ROOMS: [(&str, &[&str]); 13] = [
 /// The rooms of the command. They may import the library and those before them.
 const COMMAND: [&str; 4] = ["terminal", "picture", "report", "cli"];
 
-#[test]
-fn rooms_import_only_the_rooms_below_them() {
+/// A file that imports one that is not below it, if there is any.
+fn upward(modules: &Modules) -> Option<String> {
     let may_import = |from: &str, to: &str| {
         let library = ROOMS.iter().any(|(name, _)| *name == to);
         match (ROOMS.iter().find(|(name, _)| *name == from), COMMAND.iter().position(|name| *name == from)) {
@@ -266,43 +299,52 @@ fn rooms_import_only_the_rooms_below_them() {
             (None, None) => panic!("the room src/{from} has no place in the order of rooms: give it one"),
         }
     };
-    let modules = Modules::read();
-    let imports = modules.imports();
     // The root imports rooms only to hand them on.
-    for (path, imports) in imports.iter().filter(|(path, _)| !path.is_empty()) {
+    for (path, imports) in modules.imports().iter().filter(|(path, _)| !path.is_empty()) {
         for import in imports.iter().filter(|import| !import.is_empty() && room(import) != room(path)) {
-            let (file, imported) = (&modules.0[*path].0, &modules.0[import].0);
-            assert!(may_import(room(path), room(import)), "{file} imports {imported}, which is not below it");
+            if !may_import(room(path), room(import)) {
+                return Some(format!("{} imports {}", modules.0[*path].0, modules.0[import].0));
+            }
         }
     }
+    None
+}
+
+#[test]
+fn rooms_import_only_the_rooms_below_them() {
+    assert_eq!(upward(&Modules::read()), None);
 }
 
 #[test]
 fn no_two_files_import_each_other_by_whatever_way_round() {
     let modules = Modules::read();
-    let imports = modules.imports();
-    // A module and the modules inside it are one thing: only what stands side by side can go round in a circle.
-    let related = |a: &[String], b: &[String]| a.starts_with(b) || b.starts_with(a);
-    let next = |path: &[String]| -> Vec<&[String]> {
-        let all = imports[path].iter().filter(|import| !related(path, import));
-        all.map(Vec::as_slice).collect()
-    };
-    for start in imports.keys() {
-        // The way from a module to each that can be reached from it.
-        let mut ways: BTreeMap<&[String], Vec<&[String]>> = BTreeMap::new();
-        let mut open: Vec<(&[String], Vec<&[String]>)> = vec![(start, vec![start])];
-        while let Some((at, way)) = open.pop() {
-            for import in next(at) {
-                let way = [way.as_slice(), &[import]].concat();
-                let files: Vec<&str> = way.iter().map(|path| modules.0[*path].0.as_str()).collect();
-                assert!(import != *start, "these files import each other in a circle: {}", files.join(" -> "));
-                if !ways.contains_key(import) {
-                    ways.insert(import, way.clone());
-                    open.push((import, way));
-                }
-            }
-        }
-    }
+    assert_eq!(circle(&modules, usize::MAX), None, "files");
+    assert_eq!(circle(&modules, 2), None, "folders");
+}
+
+#[test]
+fn the_rules_would_notice_a_circle_and_an_import_upwards() {
+    let modules =
+        |texts: &[(&str, &str)]| Modules::of(texts.iter().map(|(file, text)| ((*file).into(), (*text).into())));
+    let root = ("src/lib.rs", "mod gl;\nmod scene;\npub use gl::Texture;");
+    let fine = [root, ("src/gl/mod.rs", "pub struct Texture;"), ("src/scene/mod.rs", "mod a;\nmod b;")];
+    assert_eq!((circle(&modules(&fine), usize::MAX), upward(&modules(&fine))), (None, None));
+
+    let [a, b] =
+        [("src/scene/a.rs", "use super::b::{self, B};"), ("src/scene/b.rs", "use crate::{scene::{a::A}, gl};")];
+    assert!(circle(&modules(&[&fine[..], &[a, b]].concat()), usize::MAX).is_some());
+    // What a module exports again is imported from where it stands.
+    let [again, b] = [("src/scene/mod.rs", "mod a;\nmod b;\npub use a::A;"), ("src/scene/b.rs", "use super::A;")];
+    assert!(circle(&modules(&[fine[0], fine[1], again, a, b]), usize::MAX).is_some());
+    // Through the folders' own files, where no two files import each other.
+    let [c, d] = [("src/scene/c/mod.rs", "use super::d::e::E;"), ("src/scene/c/f.rs", "")];
+    let [e, g] = [("src/scene/d/e.rs", ""), ("src/scene/d/mod.rs", "use super::c::f::F;")];
+    let folders = modules(&[&fine[..], &[c, d, e, g]].concat());
+    assert!(circle(&folders, usize::MAX).is_none() && circle(&folders, 2).is_some());
+
+    let above = ("src/scene/a.rs", "fn f() -> crate::Texture { crate::gl::Texture }");
+    let found = upward(&modules(&[&fine[..], &[above]].concat()));
+    assert_eq!(found.as_deref(), Some("src/scene/a.rs imports src/gl/mod.rs"));
 }
 
 #[test]
