@@ -182,7 +182,7 @@ fn softpipe_takes_as_many_directions_and_steps_as_it_unrolls() {
     });
 }
 
-/// `cargo test --test drivers -- --nocapture drivers_differ` prints the table that is in the README.
+/// `cargo test --test drivers -- --nocapture drivers_differ` prints the table of `src/measure/drivers.md`.
 #[test]
 fn drivers_differ_by_what_is_known_and_each_matches_its_twins() {
     let Some(all) = table::compared("drivers_differ_by_what_is_known_and_each_matches_its_twins") else { return };

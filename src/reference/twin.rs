@@ -23,8 +23,8 @@ pub(super) struct Twin {
 pub(super) struct Converged {
     /// The occlusion in direction k, with a sample at every texel.
     pub(super) occlusion: Occlusion,
-    /// Whether a sample that equals the one before it changes nothing. If so, samples that lie beyond the image's
-    /// border and equal each other need not be taken.
+    /// True if a sample that is equal to the previous sample has no effect on the result. If so, samples that lie
+    /// beyond the image's border and equal each other need not be taken.
     pub(super) ignores_repeats: bool,
 }
 

@@ -19,8 +19,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The colours. Each group is a run of `triangles`, and the groups cover all triangles in order.
     pub groups: Vec<Group>,
-    /// The normals as they were given, of any length: one for each position, which is (0, 0, 0) if the normal is
-    /// unknown. The list is empty if no normals were given.
+    /// The normals as they were given, of any length, one for each position. A normal is (0, 0, 0) if it is unknown.
+    /// The list is empty if no normals were given.
     normals: Vec<DVec3>,
 }
 

@@ -55,10 +55,10 @@ impl Triangulator {
         &self.cut
     }
 
-    /// Divides a face of `n` corners as if it were convex: each triangle spans a run of corners from its first to its
-    /// last, with the middle one as its third corner. This is done instead of a fan because the bounding boxes of a
-    /// fan's triangles all overlap at its centre, so that a bounding volume hierarchy about them would be as deep as
-    /// there are triangles.
+    /// Divides a face of `n` corners as if it were convex. The first, middle and last corner of a run of corners make a
+    /// triangle; the two halves of the run are then divided in the same way. This is done instead of a fan because the
+    /// bounding boxes of a fan's triangles all overlap at its centre, so that a bounding volume hierarchy about them
+    /// would be as deep as there are triangles.
     fn halve(&mut self, n: u32) {
         let mut open = vec![(0, n - 1)];
         while let Some((first, last)) = open.pop() {

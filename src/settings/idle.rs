@@ -14,8 +14,8 @@ pub enum Idle {
     NoBlur,
     /// The method has its own blur, whose size is fixed.
     OwnBlur(Method),
-    /// The setting chooses the size of the depth image, and at half resolution the method reads only the texels of
-    /// half-size depth anyway.
+    /// The setting chooses between full-size and half-size depth. At half resolution the method reads the same depths
+    /// with both, those of the pixels (2i, 2j).
     HalfResolution,
     /// The setting concerns pixels that hold several surfaces, and a pixel with one depth sample holds only one.
     OneSample,

@@ -164,7 +164,8 @@ fn length(text: &str) -> Result<Radius, String> {
 }
 
 /// Converts radians to the number of degrees that the user typed. For 30 degrees the result is 30, although converting
-/// 30 degrees to radians and back gives 29.999999999999996. Converting the result to radians gives `radians` again.
+/// 30 degrees to radians and back gives 29.999999999999996. If possible, converting the result to radians gives
+/// `radians` again.
 fn typed_degrees(radians: f64) -> f64 {
     let degrees = radians.to_degrees();
     let short = (degrees * 1e10).round() / 1e10;
