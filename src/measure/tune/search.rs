@@ -68,7 +68,7 @@ impl<'a> Tuner<'a> {
         &self.requirements
     }
 
-    /// Searches. The contenders are timed in `runs` interleaved rounds, and the finalists in three times as many more.
+    /// Searches. The contenders are timed in `runs` interleaved rounds, and the finalists in `3 * runs` further ones.
     /// `progress` is called with the number of steps that are done and the number of steps that are known so far.
     ///
     /// # Errors
