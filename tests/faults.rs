@@ -15,7 +15,7 @@ mod process;
 use command::{HBAO, by, hbao, with_shader_cache};
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{Read as _, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::os::unix::fs::symlink;
 use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::path::Path;
@@ -84,18 +84,27 @@ fn assert_failed(output: &Output, part: &str) {
     assert!(lines.len() == 1 && lines[0].starts_with("hbao: ") && lines[0].contains(part), "no {part:?} in {lines:?}");
 }
 
-/// Returns the bytes of every file below a folder, by its path.
+/// Returns the bytes of every file below a folder, by its path. The command may rename and remove files meanwhile: what
+/// is gone before it is read is left out.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    fn unless_gone<T>(result: io::Result<T>) -> Option<T> {
+        match result {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            result => Some(result.unwrap()),
+        }
+    }
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(next).unwrap() {
+        for entry in unless_gone(fs::read_dir(next)).into_iter().flatten() {
             let path = entry.unwrap().path();
-            let name = path.strip_prefix(folder).unwrap().to_str().unwrap().to_string();
-            match fs::symlink_metadata(&path).unwrap().file_type() {
-                kind if kind.is_dir() => folders.push(path),
-                kind if kind.is_file() => _ = found.insert(name, fs::read(&path).unwrap()),
-                _ => {}
+            let Some(kind) = unless_gone(fs::symlink_metadata(&path)).map(|data| data.file_type()) else { continue };
+            if kind.is_dir() {
+                folders.push(path);
+            } else if kind.is_file()
+                && let Some(bytes) = unless_gone(fs::read(&path))
+            {
+                found.insert(path.strip_prefix(folder).unwrap().to_str().unwrap().to_string(), bytes);
             }
         }
     }
@@ -337,7 +346,7 @@ mod disks {
         let mut all = with_pipes(by("unshare", folder.path()));
         all.args(user).args(["--mount", "sh", "-c", &script, HBAO]).args(arguments.split_whitespace());
         let output = match all.output() {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 process::skip("unshare", "util-linux");
                 return None;
             }
@@ -591,7 +600,7 @@ mod streams {
     fn whose_reader_has_left_are_no_panic() {
         for (verb, fails) in VERBS {
             let folder = tempfile::tempdir().unwrap();
-            let (reader, writer) = std::io::pipe().unwrap();
+            let (reader, writer) = io::pipe().unwrap();
             drop(reader);
             let mut all = with_pipes(hbao(folder.path(), verb));
             let status = all.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer).status().unwrap();
