@@ -28,15 +28,15 @@ void look_at(inout Horizon h, Surface s, Direction d, int i)
 void main()
 {
     Surface s = surface_at(gl_FragCoord.xy);
-    vec2 step_px = step_in_texels(s);
-    if (min(step_px.x, step_px.y) < 1.0) {
+    Steps steps = steps_at(s);
+    if (steps.exits) {
         out_0 = 1.0;
         return;
     }
 
     float occlusion = 0.0;
     for (int k = 0; k < N_D; ++k) {
-        Direction d = direction(k, step_px, s.jitter);
+        Direction d = direction(k, steps.px, s.jitter);
         float tangent = sine_of_tangent(s, along(d) * pixel);
         Horizon h = Horizon(tangent, 0.0);
         EACH_STEP(LOOK_AT)

@@ -9,7 +9,7 @@ out float out_0;
 const float PI = 3.14159265358979;
 
 // Returns the occlusion of the surface s, whose unit normal is n, by sample i = 1..N_S.
-float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
+float occlusion_by(Surface s, vec3 n, Direction d, Steps steps, int i)
 {
     Sample S = sample_at(s, d, i);
 #ifdef FLOOR
@@ -17,7 +17,7 @@ float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
 #else
     float inverse = inversesqrt(S.squared);
 #ifdef CREASE
-    const float solid_angles = 2.0 * PI / float(N_D * N_S);
+    float solid_angles = 2.0 * PI / (float(N_D) * steps.count);
 #else
     // The sample stands for m texels. Each holds a sphere of radius rho, as wide as a texel is at the sample's depth,
     // and of the solid angle Omega = 2 pi cap, seen from P.
@@ -29,19 +29,19 @@ float occlusion_by(Surface s, vec3 n, Direction d, vec2 step_px, int i)
     float sine = min(1.0, rho * inverse);
     // cap = 1 - sqrt(1 - sine^2), in a form that does not cancel if the sine is small.
     float cap = sine * sine / (1.0 + sqrt(1.0 - sine * sine));
-    float m = 2.0 * PI * (s.jitter.z + float(i)) * step_px.x * step_px.y / float(N_D);
+    float m = 2.0 * PI * (s.jitter.z + float(i)) * steps.px.x * steps.px.y / float(N_D);
     float solid_angles = m * 2.0 * PI * cap;
 #endif
     return within(S) ? solid_angles * max(0.0, dot(n, S.D) * inverse) : 0.0;
 #endif
 }
-#define ADD(i) occlusion += occlusion_by(s, n, d, step_px, i);
+#define ADD(i) occlusion += occlusion_by(s, n, d, steps, i);
 
 void main()
 {
     Surface s = surface_at(gl_FragCoord.xy);
-    vec2 step_px = step_in_texels(s);
-    if (min(step_px.x, step_px.y) < 1.0) {
+    Steps steps = steps_at(s);
+    if (steps.exits) {
         out_0 = 1.0;
         return;
     }
@@ -49,7 +49,7 @@ void main()
     vec3 n = s.n * inversesqrt(max(dot(s.n, s.n), 1e-36));
     float occlusion = 0.0;
     for (int k = 0; k < N_D; ++k) {
-        Direction d = direction(k, step_px, s.jitter);
+        Direction d = direction(k, steps.px, s.jitter);
         EACH_STEP(ADD)
     }
     out_0 = clamp(1.0 - strength / PI * occlusion, 0.0, 1.0);

@@ -2,13 +2,31 @@
 // Snapping.
 //
 // Compiled in: N_D, the number of directions; DIRECTIONS, their unit vectors, at the angles 2 pi k / N_D; N_S, the
-// samples in each direction; EACH_STEP(step), which expands to step(1) step(2) ... step(N_S); one of SNAP_*; and one of
-// CLAMP_*.
+// largest number of samples in a direction; EACH_STEP(step), which expands to step(1) step(2) ... as far as steps.count,
+// where `steps` is a variable of the type Steps; one of EXIT_*; one of SNAP_*; and one of CLAMP_*.
 const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
 
-// Returns the step between two samples, in texels. If it is below 1 on either axis, the methods return A = 1 without
-// taking samples: this is the chapter's early exit.
-vec2 step_in_texels(Surface s) { return radius_in_texels(s.z) / float(N_S + 1); }
+// The steps that a pixel takes in each direction.
+struct Steps {
+    vec2 px;     // the step between two samples, in texels
+    float count; // the number of samples, a whole number
+    bool exits;  // whether the method exits early: A = 1, and no samples are taken
+};
+
+Steps steps_at(Surface s)
+{
+    vec2 radius_px = radius_in_texels(s.z);
+#ifdef EXIT_SHORTEN
+    // So many steps that none is shorter than a texel on either axis.
+    float least = min(radius_px.x, radius_px.y);
+    float count = clamp(floor(least) - 1.0, 1.0, float(N_S));
+    return Steps(radius_px / (count + 1.0), count, least < 2.0);
+#else
+    // The chapter's early exit: the step is shorter than a texel on either axis.
+    vec2 px = radius_px / float(N_S + 1);
+    return Steps(px, float(N_S), min(px.x, px.y) < 1.0);
+#endif
+}
 
 struct Direction {
     vec2 first;  // the jitter's offset, added to every sample; in texels

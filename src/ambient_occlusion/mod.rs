@@ -14,6 +14,7 @@ use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::method::MethodView;
 use crate::pass::{DepthInput, FullScreen, Grid, TextureRef};
+use crate::projection::Projection;
 use crate::settings::{AoFormat, DepthSigma, MethodBlur, Settings};
 use glow::HasContext;
 use plan::Plan;
@@ -158,6 +159,14 @@ impl AmbientOcclusion {
             self.targets.push(AoTarget { grid, texture, framebuffer, stencil });
         }
         Ok(())
+    }
+
+    /// Returns the depth beyond which the method exits early, so that visibility is 1 at all farther surfaces, for
+    /// inputs with this projection. It is infinite if the method exits nowhere. See [`Settings::exit_depth`].
+    #[must_use]
+    pub fn exit_depth(&self, projection: Projection) -> f64 {
+        // The radius was in scene units when this object was made, so there is no error.
+        self.settings.exit_depth(projection, self.size).unwrap_or(f64::INFINITY)
     }
 
     /// Computes the ambient occlusion of the inputs: visibility in [0, 1], where 1 means that nothing occludes.

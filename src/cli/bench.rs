@@ -2,6 +2,7 @@
 
 use super::flags::{self, Flags, Opened};
 use super::session::open_context;
+use super::unmeant;
 use crate::report::json;
 use crate::report::tables::bench::{self, SERIES, growths};
 use crate::report::tables::cells::{number, optional, size_of};
@@ -80,9 +81,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let groups = read_groups(flags::text(matches, "only"))?;
     let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(&json)?;
-    let Opened { scene, settings, notices, .. } = flags.open()?;
+    let Opened { scene, settings, camera, notices: told } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| FIXED.contains(knob));
-    idle.map(|knob| format!("--{knob} has no effect on the cases")).chain(notices).for_each(|notice| say(&notice));
+    idle.map(|knob| format!("--{knob} has no effect on the cases")).chain(told.clone()).for_each(|notice| say(&notice));
     let base = settings.resolved(scene.mesh.diagonal());
 
     let context = open_context(flags.backend)?;
@@ -112,7 +113,13 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let (mut rows, mut said) = (Vec::new(), Vec::new());
     for (group, cases) in cases {
         let measured = measure(gl, &scene.mesh, &view, &cases, runs, || progress.inc(1))?;
-        for notice in measured.iter().flat_map(notices_of) {
+        let unmeant = if measured.iter().all(|one| one.reach.covered == 0) {
+            unmeant::empty(&scene.mesh, &camera, &told)
+        } else {
+            let all = measured.iter().map(|one| (&one.case.settings, one.reach));
+            unmeant::radius_of_many(all).map(|notice| format!("{}: {notice}", title(group)))
+        };
+        for notice in measured.iter().flat_map(notices_of).chain(unmeant) {
             if !said.contains(&notice) {
                 progress.suspend(|| say(&notice));
                 said.push(notice);

@@ -12,6 +12,7 @@ mod session;
 mod trade;
 mod truth;
 mod tune;
+mod unmeant;
 mod usage;
 
 use crate::terminal::print;

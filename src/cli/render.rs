@@ -3,12 +3,14 @@
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
 use super::session::open_context;
+use super::unmeant;
 use crate::picture::{self, FileFormat, ImageKind};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::{Outputs, metadata};
-use hbao::scene::Camera;
+use hbao::measure::Reach;
+use hbao::scene::{Camera, Mesh};
 use hbao::settings::Settings;
 use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use serde_json::json;
@@ -148,7 +150,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         Outputs::check(wanted.paths())?;
     }
 
-    let Opened { scene, settings, camera, notices } = flags.open()?;
+    let Opened { scene, settings, camera, notices: told } = flags.open()?;
 
     let context = open_context(flags.backend)?;
     let apply = flags::text(matches, "apply").map(|_| "apply");
@@ -156,7 +158,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         .knobs_given()
         .chain(apply)
         .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, &settings)?)));
-    idle.chain(notices).for_each(|notice| say(&notice));
+    idle.chain(told.iter().cloned()).for_each(|notice| say(&notice));
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
@@ -170,6 +172,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
         times = pipeline.render(&scene.mesh, &camera)?;
     }
+
+    unmeant(&pipeline, &scene.mesh, &camera, &resolved, &told)?.iter().for_each(|notice| say(notice));
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
     let text = metadata(&origin);
@@ -195,6 +199,25 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         made.keep();
     }
     Ok(())
+}
+
+/// Returns notices about a picture that the user hardly meant. `told` are the notices about the camera.
+fn unmeant(
+    pipeline: &Pipeline,
+    mesh: &Mesh,
+    camera: &Camera,
+    settings: &Settings,
+    told: &[String],
+) -> Result<Option<String>, Error> {
+    let depth = pipeline.depth()?;
+    if !depth.texels.iter().any(|z| z.is_finite()) {
+        return Ok(unmeant::empty(mesh, camera, told));
+    }
+    if !pipeline.makes_ao() {
+        return Ok(None);
+    }
+    let radius = unmeant::radius(settings, |settings| Reach::of(&depth, camera.projection, settings))?;
+    Ok(radius.or(unmeant::open(&pipeline.ao()?, settings)))
 }
 
 /// Returns the metadata of an image: the text of a settings file, followed by a table with everything else that

@@ -2,12 +2,14 @@
 
 use super::flags::{self, Flags, Opened};
 use super::session::{trace, without_effect};
+use super::unmeant;
 use crate::picture::{FileFormat, Pixels};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
 use hbao::image::{Outputs, metadata};
 use hbao::measure::{Shot, TruthImage};
+use hbao::settings::{Method, Settings};
 use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
@@ -39,9 +41,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
     let format = FileFormat::of(&output)?;
     Outputs::check([output.clone()])?;
-    let Opened { scene, settings, camera, notices } = flags.open()?;
+    let Opened { scene, settings, camera, notices: told } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation"));
-    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(notices).for_each(|notice| say(&notice));
+    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(told.clone()).for_each(|notice| say(&notice));
 
     let resolved = settings.resolved(scene.mesh.diagonal());
     let traced = trace(Shot { mesh: &scene.mesh, camera: &camera, size: flags.size }, &resolved, rays)?;
@@ -51,6 +53,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     render.insert("noise_rmse".into(), traced.noise_rmse.into());
     let origin = flags::with_origin(&settings, render);
     let truth = TruthImage::new(&traced, flags.size);
+    let unmeant = if traced.covered.contains(&true) {
+        unmeant::open(&truth.visibility, &Settings { method: Method::Hbao, ..resolved })
+    } else {
+        unmeant::empty(&scene.mesh, &camera, &told)
+    };
+    unmeant.iter().for_each(|notice| say(notice));
     let mut outputs = Outputs::new();
     outputs.stage(output, &Pixels::Visibility(truth.visibility).encode(format, &metadata(&origin))?)?;
     outputs.commit()

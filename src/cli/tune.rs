@@ -5,6 +5,7 @@ mod words;
 
 use super::flags::{self, Flags, Opened};
 use super::session::{open_context, trace};
+use super::unmeant;
 use crate::terminal::{bar, print, say};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
@@ -129,6 +130,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let method = best.settings.method.name();
     idle.for_each(|knob| say(&format!("--{knob} has no effect on the settings found, of --method {method}")));
 
+    unmeant::radius(&best.settings, |settings| requirements.reach(settings))?.iter().for_each(|notice| say(notice));
     let listing = listing::table(&tuned, goal, &requirements).text();
     print(&format!("{}\n{listing}", words::summary(&tuned, goal)))?;
     let mut render = flags.seen(&camera);
@@ -163,7 +165,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
                 "edge_pixels": requirements.edge_pixels[0],
                 "radius_px": [requirements.radius_px.0, requirements.radius_px.1],
             },
-            "rows": tuned.tried.iter().map(listing::json).collect::<Vec<_>>(),
+            "rows": tuned.tried.iter().map(|tried| listing::json(tried, &requirements)).collect::<Vec<_>>(),
         });
         outputs.stage(path, format!("{report:#}\n").as_bytes())?;
     }

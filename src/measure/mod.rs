@@ -12,6 +12,7 @@ mod interleaved;
 pub mod precision;
 pub mod published;
 pub mod ratios;
+mod reach;
 mod shot;
 pub mod table;
 mod times;
@@ -20,6 +21,7 @@ mod truth_image;
 pub mod tune;
 
 pub use counts::{blur_width, directions_rays_steps};
+pub use reach::{MOST_EXITS, Reach};
 pub use shot::Shot;
 pub use times::{blur_ms, median};
 pub use truth_image::TruthImage;

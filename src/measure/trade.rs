@@ -6,7 +6,7 @@ use super::errors::{Comparison, Errors};
 use super::gbuffers::GBuffers;
 use super::interleaved::interleaved;
 use super::times::median;
-use super::{Shot, TruthImage};
+use super::{MOST_EXITS, Reach, Shot, TruthImage};
 use crate::image::Image;
 use crate::settings::{AoFormat, BlurKernel, DepthFormat, Knob, Method, NormalFormat, Settings};
 use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
@@ -24,17 +24,21 @@ pub struct TradeRow {
     pub errors: Errors,
     /// The errors over the edge pixels alone, which [`edges`] finds; `None` if there is no edge pixel.
     pub edge_errors: Option<Errors>,
-    /// True if no other row is better in both time and RMSE.
+    /// How R fits the steps and the picture.
+    pub reach: Reach,
+    /// True if no other row is better in both time and RMSE. Rows that exit early at more than half of the texels
+    /// ([`MOST_EXITS`]) are left out: what they show is not the method.
     pub pareto: bool,
 }
 
-/// Returns the default settings of a method, with the radius, the attenuation and the strength of `base`, and one depth
-/// sample per pixel.
+/// Returns the default settings of a method, with the radius, the attenuation, the strength and the early exit of
+/// `base`, and one depth sample per pixel.
 fn of_method(base: &Settings, method: Method) -> Settings {
     Settings {
         radius: base.radius,
         attenuation: base.attenuation,
         strength: base.strength,
+        exit: base.exit,
         msaa: 1,
         ..Settings::for_method(method)
     }
@@ -48,8 +52,8 @@ pub fn chapter(base: &Settings) -> Vec<Settings> {
 }
 
 /// Returns the combinations of a sweep: every method, the sample counts of Table 6.2.1 and others, half resolution,
-/// blurs and formats. All have the radius, the strength and the attenuation of `base`. All have one depth sample per
-/// pixel, because the truth is traced from the centres of the pixels.
+/// blurs and formats. All have the radius, the strength, the attenuation and the early exit of `base`. All have one
+/// depth sample per pixel, because the truth is traced from the centres of the pixels.
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
@@ -138,10 +142,12 @@ pub fn measure(
         let comparison = Comparison::new(&ao.image()?, &truth.visibility)?;
         let errors = comparison.over(covered)?.ok_or_else(Errors::of_nothing)?;
         let edge_errors = comparison.over(&on_edges)?;
-        rows.push(TradeRow { settings: each.clone(), ms: median(times), errors, edge_errors, pareto: false });
+        let reach = Reach::of(&gbuffers.of(shot, each)?.depth()?, shot.camera.projection, each)?;
+        rows.push(TradeRow { settings: each.clone(), ms: median(times), errors, edge_errors, reach, pareto: false });
     }
-    let points: Vec<_> = rows.iter().map(|row| (row.ms, row.errors.rmse)).collect();
-    rows.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
+    let mut judged: Vec<_> = rows.iter_mut().filter(|row| row.reach.exits <= MOST_EXITS).collect();
+    let points: Vec<_> = judged.iter().map(|row| (row.ms, row.errors.rmse)).collect();
+    judged.iter_mut().zip(pareto(&points)).for_each(|(row, pareto)| row.pareto = pareto);
     Ok(rows)
 }
 

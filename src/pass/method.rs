@@ -8,7 +8,7 @@ use crate::Error;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
 use crate::projection::Projection;
 use crate::settings::method::methods;
-use crate::settings::{Jitter, Method, Settings, SsaoDepth, Toggle, ssao_length};
+use crate::settings::{Exit, Jitter, Method, Settings, SsaoDepth, Toggle, ssao_length};
 use crate::tile::{self, rotation_tile};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -141,7 +141,7 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         defines = defines.value("N_D", settings.directions).value("DIRECTIONS", directions);
     }
     if reads("steps") {
-        let each_step = each_step(settings.directions, settings.steps);
+        let each_step = each_step(settings);
         defines = defines.value("N_S", settings.steps).value("EACH_STEP(step)", each_step);
     }
     if reads("rays") {
@@ -157,6 +157,7 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         ("attenuation", "ATTENUATION", settings.attenuation.name()),
         ("snap", "SNAP", settings.snap.name()),
         ("clamp", "CLAMP", settings.clamp.name()),
+        ("exit", "EXIT", settings.exit.name()),
         ("grounding", "GROUNDING", settings.grounding.name()),
         ("jitter", "JITTER", settings.jitter.name()),
         ("ssao-rotation", "ROTATION", settings.ssao_rotation.name()),
@@ -187,24 +188,30 @@ pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
     settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half
 }
 
-/// Returns the body of a macro that expands to `step(1) step(2) ...`. Mesa unrolls a loop over 8 steps but not one over
-/// 12, and each step of a loop that is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need
-/// no unrolling.
-fn each_step(directions: u32, steps: u32) -> String {
+/// Returns the body of a macro that expands to `step(1) step(2) ...`. With [`Exit::Shorten`] the calls past the pixel's
+/// own number of steps are skipped. Mesa unrolls a loop over 8 steps but not one over 12, and each step of a loop that
+/// is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need no unrolling.
+fn each_step(settings: &Settings) -> String {
+    let &Settings { directions, steps, .. } = settings;
+    let shortens = settings.exit_read() == Some(Exit::Shorten);
     // The largest number of calls that are written out. If there are more steps, the calls are put into a loop, because
     // shaders would otherwise grow without limit. Mesa's softpipe also unrolls the loop over directions, up to 32 of
     // them, and its stack overflows at 31 directions of 32 steps. Such shaders get fewer calls.
     let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
-    let call = |i: &str| format!("step({i}) ");
     let loops = steps.div_ceil(most);
-    if loops == 1 {
-        return (1..=steps).map(|i| call(&i.to_string())).collect();
-    }
     let count = steps.div_ceil(loops);
-    let calls = (1..=count).map(|i| {
-        // In its last iteration the loop may go past the last step.
-        let guard = if (loops - 1) * count + i > steps { format!("if (i_0 + {i} <= {steps}) ") } else { String::new() };
-        guard + &call(&format!("i_0 + {i}"))
-    });
-    format!("for (int i_0 = 0; i_0 < {steps}; i_0 += {count}) {{ {}}}", calls.collect::<String>())
+    let call = |i: u32| {
+        let step = if loops == 1 { i.to_string() } else { format!("i_0 + {i}") };
+        // Every pixel takes at least one step. In its last iteration the loop may go past the last step.
+        let guard = if shortens && (loops > 1 || i > 1) {
+            format!("if (float({step}) <= steps.count) ")
+        } else if (loops - 1) * count + i > steps {
+            format!("if ({step} <= {steps}) ")
+        } else {
+            String::new()
+        };
+        format!("{guard}step({step}) ")
+    };
+    let calls: String = (1..=count).map(call).collect();
+    if loops == 1 { calls } else { format!("for (int i_0 = 0; i_0 < {steps}; i_0 += {count}) {{ {calls}}}") }
 }

@@ -267,6 +267,12 @@ impl Pipeline {
         Ok(self.image(rgb8(&self.targets.colour.read()?)))
     }
 
+    /// Returns whether the pipeline makes ambient occlusion: [`Request::gbuffer_only`] is not set.
+    #[must_use]
+    pub fn makes_ao(&self) -> bool {
+        !self.request.gbuffer_only
+    }
+
     /// Reads back ambient occlusion after the blur.
     ///
     /// # Errors
@@ -274,7 +280,7 @@ impl Pipeline {
     /// [`Pipeline::depth`].
     pub fn ao(&self) -> Result<Image<f32>, Error> {
         match &self.ao {
-            Some(ao) if !self.request.gbuffer_only => ao.image(),
+            Some(ao) if self.makes_ao() => ao.image(),
             _ => Err(Error::Usage(
                 "this pipeline makes no ambient occlusion: set gbuffer_only to false in its Request".into(),
             )),

@@ -36,7 +36,7 @@ impl<'a> Anatomy<'a> {
     pub fn offsets(&self, pixel: (usize, usize), k: u32) -> Option<Vec<DVec2>> {
         let pixel = self.pixel(pixel)?;
         let direction = self.scene.direction(&pixel, k, EXACT);
-        let samples = (1..=self.scene.settings.steps).filter_map(|i| self.scene.sample(&pixel, &direction, i, EXACT));
+        let samples = (1..=pixel.steps).filter_map(|i| self.scene.sample(&pixel, &direction, i, EXACT));
         Some(samples.map(|sample| sample.taken).collect())
     }
 
@@ -88,7 +88,7 @@ impl<'a> Anatomy<'a> {
         let method = Terms::of(self.scene.settings);
         let of = |&at: &(usize, usize)| {
             let (method, pixel) = (method.as_ref()?, self.pixel(at)?);
-            if method.exits_early(&pixel, EXACT) {
+            if pixel.exits_early(EXACT) {
                 return Some(1.0);
             }
             let term = |k| (method.occlusion)(&self.scene, &pixel, k, EXACT);

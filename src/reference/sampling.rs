@@ -10,7 +10,7 @@ use super::inputs::TwinInputs;
 use crate::Error;
 use crate::image::Image;
 use crate::projection::Projection;
-use crate::settings::{Clamp, Settings, Snap};
+use crate::settings::{Clamp, Exit, Settings, Snap};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -44,12 +44,23 @@ pub(super) struct Pixel {
     pub(super) r: DVec3,
     /// The normal, of any length, turned towards the eye.
     pub(super) n: DVec3,
-    /// N_s, the samples in each direction.
+    /// The number of samples in each direction: N_s, or fewer if `exit` is `shorten`.
     pub(super) steps: u32,
     /// The step between two samples, in texels.
     pub(super) step_px: DVec2,
+    /// R in texels, divided by the least that the method needs. Below 1, the method exits early. It is infinite for a
+    /// method that never does.
+    pub(super) enough: f64,
     /// The tile's texel for this pixel: (cos a, sin a, b), or for `ssao` a unit vector.
     pub(super) jitter: [f64; 3],
+}
+
+impl Pixel {
+    /// Returns whether the method exits early at the pixel: A = 1 because R covers too few texels (6.2, Variable step
+    /// size).
+    pub(super) fn exits_early(&self, shift: Shift) -> bool {
+        self.enough < 1.0 + shift.comparison
+    }
 }
 
 /// A sample S that lies on a surface, and not on P's own texel.
@@ -126,8 +137,8 @@ impl<'a> MethodScene<'a> {
         self.pixel_shifted(x, y, EXACT)
     }
 
-    /// Returns [`MethodScene::pixel`] with shifted comparisons: the normal of a surface that is seen edge-on within the
-    /// shift is turned the other way.
+    /// Returns [`MethodScene::pixel`] with shifted comparisons and roundings: the normal of a surface that is seen edge-on
+    /// within the shift is turned the other way, and the number of steps may differ by one.
     pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = self.depth(x, y);
@@ -136,15 +147,27 @@ impl<'a> MethodScene<'a> {
         }
         let r = self.ray(p);
         let n = DVec3::from(self.normals.at(self.scale * x, self.scale * y));
+        let radius_px = self.radius_in_texels(z);
+        let least = radius_px.min_element();
+        let (steps, enough) = match self.settings.exit_read() {
+            None => (self.settings.steps, f64::INFINITY),
+            // The chapter's early exit: the step, R in texels divided by N_s + 1, is shorter than a texel.
+            Some(Exit::Paper) => (self.settings.steps, least / f64::from(self.settings.steps + 1)),
+            // So many steps that none is shorter than a texel.
+            Some(Exit::Shorten) => {
+                let longest = (least * (1.0 + shift.rounding)).floor() - 1.0;
+                (longest.clamp(1.0, f64::from(self.settings.steps)) as u32, least / 2.0)
+            }
+        };
         Some(Pixel {
             p,
             P: self.position(p, z),
             r,
             // The tangent plane is the same for n and -n.
             n: if n.dot(r) > shift.comparison * n.length() * r.length() { -n } else { n },
-            steps: self.settings.steps,
-            // The step is R in texels, divided by N_s + 1.
-            step_px: self.radius_in_texels(z) / f64::from(self.settings.steps + 1),
+            steps,
+            step_px: radius_px / f64::from(steps + 1),
+            enough,
             jitter: self.tile.at(x % 4, y % 4).map(f64::from),
         })
     }

@@ -1,6 +1,5 @@
 //! The twin of the method that the settings name, with its counts and factors evaluated.
 
-use super::sampling::{Pixel, Shift};
 use super::twin::{Converged, Occlusion, Twin};
 use crate::settings::method::methods;
 use crate::settings::{Method, Settings};
@@ -23,9 +22,6 @@ pub(super) struct Terms {
     /// The number of directions, or of samples.
     pub(super) count: u32,
     scale: f64,
-    /// Whether the method exits early, with A = 1, at pixels where a step is shorter than a texel (6.2, Variable step
-    /// size).
-    early_exit: bool,
     /// Whether the method ends with A^2 + A (6.1).
     curve: bool,
     pub(super) converged: Option<Converged>,
@@ -39,7 +35,6 @@ impl Terms {
             occlusion: twin.occlusion,
             count: (twin.count)(settings),
             scale: (twin.scale)(settings),
-            early_exit: settings.method.facts().exits_early,
             curve: (twin.curve)(settings),
             converged: twin.converged,
         })
@@ -55,10 +50,5 @@ impl Terms {
     /// it reaches 1, with a slope of sqrt(5).
     pub(super) fn steepest(&self) -> f64 {
         if self.curve { 5f64.sqrt() * self.scale } else { self.scale }
-    }
-
-    /// Returns whether the method exits early at the pixel: A = 1 because a step is shorter than a texel.
-    pub(super) fn exits_early(&self, pixel: &Pixel, shift: Shift) -> bool {
-        self.early_exit && pixel.step_px.min_element() < 1.0 + shift.comparison
     }
 }

@@ -18,7 +18,7 @@ pub fn visibility<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settin
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
     Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return 1.0 };
-        if method.exits_early(&pixel, EXACT) {
+        if pixel.exits_early(EXACT) {
             return 1.0;
         }
         let occlusion: f64 = (0..method.count).map(|k| (method.occlusion)(&scene, &pixel, k, EXACT)).sum();
@@ -39,7 +39,7 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Setting
         .map(|[rounding, comparison]| Shift { rounding, comparison });
     Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return false };
-        let exits = shifts.map(|shift| method.exits_early(&pixel, shift));
+        let exits = shifts.map(|shift| pixel.exits_early(shift));
         if exits.iter().all(|&exits| exits) {
             return false;
         }

@@ -17,6 +17,7 @@ pub(crate) fn settings_fields(s: &Settings) -> Vec<Field> {
         ("directions", directions.into()),
         ("steps", steps.into()),
         ("rays", rays.max(1).into()),
+        ("exit", s.exit.name().into()),
         ("half_res", s.half_res.into()),
         ("blur", blur_width(s).into()),
         ("blur_kernel", s.blur_kernel.name().into()),
@@ -32,6 +33,7 @@ pub(crate) fn trade_fields(row: &TradeRow) -> Vec<Field> {
     let (e, edge) = (&row.errors, &row.edge_errors);
     let mut all = settings_fields(&row.settings);
     all.extend([
+        ("exit_share", row.reach.exits.into()),
         ("ms", row.ms.into()),
         ("rmse", e.rmse.into()),
         ("mae", e.mae.into()),

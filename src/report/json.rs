@@ -34,6 +34,8 @@ pub(crate) fn measurement(one: &Measurement) -> Value {
         "rays": rays,
         "steps": steps,
         "msaa": one.samples,
+        "exit": case.settings.exit.name(),
+        "exit_share": one.reach.exits,
         "half_res": case.settings.half_res,
         "blur": case.blur(),
         "ssao_depth": case.settings.ssao_depth.name(),

@@ -16,6 +16,7 @@ pub(crate) fn words(s: &Settings) -> String {
     }
     let own = Settings::for_method(s.method);
     for (value, usual) in [
+        (s.exit.name(), own.exit.name()),
         (s.blur_kernel.name(), own.blur_kernel.name()),
         (s.ao_format.name(), own.ao_format.name()),
         (s.normal_format.name(), own.normal_format.name()),

@@ -72,6 +72,18 @@ choice! {
 }
 
 choice! {
+    /// What a method does where R covers so few texels that N_s steps to R would be shorter than a texel.
+    Exit {
+        /// It takes no samples: visibility is 1. This is the chapter's early exit (6.2, Variable step size).
+        #[default]
+        Paper = "paper",
+        /// It takes fewer steps, so that each is at least a texel long. Visibility is 1 only if R covers less than 2
+        /// texels.
+        Shorten = "shorten",
+    }
+}
+
+choice! {
     /// The tangent from which the elevation of a sample is measured.
     Grounding {
         /// The tangent towards the sample itself (Eq. 6.2.9).

@@ -2,8 +2,8 @@
 //! written as text.
 
 use super::{
-    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, Method, NormalFormat, Normals,
-    Radius, Settings, Snap, SsaoDepth, SsaoRotation, Toggle,
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, Method, NormalFormat,
+    Normals, Radius, Settings, Snap, SsaoDepth, SsaoRotation, Toggle,
 };
 use crate::Error;
 use std::fmt;
@@ -233,6 +233,9 @@ knobs! {
     "clamp" "CLAMP" clamp Word: Clamp =
         "Where a sample beyond the border lies: position puts it at the border texel, depth takes only its depth \
          from there";
+    "exit" "EXIT" exit Word: Exit =
+        "What happens where a step would be shorter than a texel: paper takes no samples, so that visibility is 1 \
+         there, shorten takes fewer steps";
     "grounding" "TANGENT" grounding Word: Grounding =
         "The tangent from which a sample's elevation is measured: sample takes the one towards the sample itself \
          (Eq. 6.2.9), direction the one in the sample's direction (Eq. 6.2.8)";

@@ -20,9 +20,6 @@ pub struct MethodFacts {
     pub samples: &'static [&'static str],
     /// Takes settings that hold the defaults of all methods, and returns them with the method's own defaults.
     pub defaults: fn(Settings) -> Settings,
-    /// Whether the method exits early: at pixels where a step is shorter than a texel it returns visibility 1 and takes
-    /// no samples (6.2, Variable step size).
-    pub exits_early: bool,
     /// Whether the method reads the near plane ([`crate::Inputs::near`]).
     pub reads_near: bool,
     /// The blur that follows the method.
@@ -88,7 +85,6 @@ const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
     reads: &[],
     samples: &["directions", "steps"],
     defaults: |settings| settings,
-    exits_early: true,
     reads_near: false,
     blur: MethodBlur::Gaussian,
     tile: TileKind::Rotations,
@@ -118,7 +114,7 @@ macro_rules! methods {
                 define: [],
                 facts: {
                     reads: &[
-                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
+                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp", "exit",
                         "grounding", "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     marker: filled(SQUARE),
@@ -132,7 +128,7 @@ macro_rules! methods {
                 define: [],
                 facts: {
                     reads: &[
-                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp",
+                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp", "exit",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     defaults: |settings| Settings {
@@ -155,7 +151,6 @@ macro_rules! methods {
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     samples: &["directions", "rays", "steps"],
-                    exits_early: false,
                     reads_near: true,
                     marker: filled(TRIANGLE),
                     ..ALONG_DIRECTIONS
@@ -168,7 +163,7 @@ macro_rules! methods {
                 define: [],
                 facts: {
                     reads: &[
-                        "radius", "directions", "steps", "strength", "snap", "clamp",
+                        "radius", "directions", "steps", "strength", "snap", "clamp", "exit",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     marker: hollow(DIAMOND),
@@ -182,7 +177,7 @@ macro_rules! methods {
                 define: ["CREASE"],
                 facts: {
                     reads: &[
-                        "radius", "directions", "steps", "strength", "snap", "clamp",
+                        "radius", "directions", "steps", "strength", "snap", "clamp", "exit",
                         "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
                     ],
                     marker: hollow(TRIANGLE),
@@ -201,7 +196,6 @@ macro_rules! methods {
                         "ssao-samples", "ssao-rotation", "ssao-depth", "ssao-normals", "ssao-curve",
                     ],
                     samples: &["ssao-samples"],
-                    exits_early: false,
                     blur: MethodBlur::Crysis,
                     tile: TileKind::Vectors,
                     marker: filled(DIAMOND),
@@ -215,7 +209,6 @@ macro_rules! methods {
                 define: [],
                 facts: {
                     samples: &[],
-                    exits_early: false,
                     blur: MethodBlur::None,
                     ..ALONG_DIRECTIONS
                 }

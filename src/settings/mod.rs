@@ -6,6 +6,7 @@
 //! takes and what else distinguishes it is stated only in its row of facts ([`Method::facts`]).
 
 mod choice;
+mod exit;
 #[cfg(feature = "render")]
 mod file;
 mod idle;
@@ -14,7 +15,7 @@ pub(crate) mod method;
 mod samples;
 
 pub use choice::{
-    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, NormalFormat, Normals, Snap,
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, NormalFormat, Normals, Snap,
     SsaoDepth, SsaoRotation, Toggle,
 };
 pub use idle::Idle;
@@ -79,6 +80,8 @@ pub struct Settings {
     pub snap: Snap,
     /// Where a sample beyond the image's border is assumed to lie.
     pub clamp: Clamp,
+    /// What the method does where a step would be shorter than a texel.
+    pub exit: Exit,
     /// The tangent from which the elevations of samples are measured.
     pub grounding: Grounding,
     /// Where the G-buffer's normals come from.
@@ -132,6 +135,7 @@ impl Default for Settings {
             attenuation: Attenuation::default(),
             snap: Snap::default(),
             clamp: Clamp::default(),
+            exit: Exit::default(),
             grounding: Grounding::default(),
             normals: Normals::default(),
             jitter: Jitter::default(),

@@ -363,6 +363,11 @@ mod repeatable {
 mod settings {
     use super::*;
 
+    /// Returns the notices about flags without effect.
+    fn effects(stderr: &str) -> Vec<&str> {
+        notices(stderr).into_iter().filter(|notice| notice.contains(" no effect ")).collect()
+    }
+
     #[test]
     fn flags_win_over_the_file_and_the_file_over_the_scenes_own_radius() {
         let folder = folder();
@@ -394,6 +399,8 @@ mod settings {
             ("--half-res --method none", "--half-res"),
             ("--rays 4", "--rays"),
             ("--grounding direction --method hbao-talk", "--grounding"),
+            ("--exit paper --method ssao", "--exit"),
+            ("--show depth --exit shorten", "--exit"),
             ("--bias 9 --method ray-march", "--bias"),
             ("--snap none --method ray-march", "--snap"),
             ("--attenuation none --method crease", "--attenuation"),
@@ -411,7 +418,7 @@ mod settings {
             ("--ssao-curve on", "--ssao-curve"),
         ] {
             let stderr = render(folder.path(), &format!("-o a.png {arguments}"));
-            let notices = notices(&stderr);
+            let notices = effects(&stderr);
             let [notice] = notices[..] else { panic!("{arguments}: {notices:?}") };
             assert!(notice.starts_with(&format!("hbao: {flag} has no effect ")), "{arguments}: {notice}");
         }
@@ -425,6 +432,7 @@ mod settings {
             "--show edges --method ssao --ssao-samples 8",
             "--show ao --method none --blur-depth-sigma 3 --dump d",
             "--blur-kernel full",
+            "--exit shorten",
             "--method hbao",
             "--method ray-march --rays 2 --attenuation linear",
             "--method hbao-talk --bias 9 --snap none",
@@ -435,7 +443,7 @@ mod settings {
             "--show ao --steps 3",
             "--show ao-raw --blur 0",
         ] {
-            assert_eq!(notices(&render(folder.path(), &format!("-o a.png {arguments}"))), [""; 0], "{arguments}");
+            assert_eq!(effects(&render(folder.path(), &format!("-o a.png {arguments}"))), [""; 0], "{arguments}");
         }
     }
 
@@ -449,7 +457,7 @@ mod settings {
             let value = |knob: &Knob| Some(knob.text(&defaults)).filter(|text| !text.is_empty()).unwrap_or("1".into());
             let flags: String = unread.iter().map(|knob| format!(" --{}={}", knob.name, value(knob))).collect();
             let stderr = render(folder.path(), &format!("-o a.png --method {}{flags}", method.name()));
-            let said: Vec<_> = notices(&stderr).iter().map(|line| line.split(" has no").next().unwrap()).collect();
+            let said: Vec<_> = effects(&stderr).iter().map(|line| line.split(" has no").next().unwrap()).collect();
             let expected: Vec<_> = unread.iter().map(|knob| format!("hbao: --{}", knob.name)).collect();
             assert_eq!(said, expected, "{}", method.name());
         }
@@ -617,5 +625,86 @@ mod truth {
         let stderr = String::from_utf8(hbao(folder.path(), &arguments).stderr).unwrap();
         assert!(stderr.contains("--steps has no effect on rays"), "{stderr}");
         assert_eq!(names(folder.path()), ["t.exr"]);
+    }
+}
+
+/// Results that hardly anybody means are written, and a notice says why they are so.
+mod unmeant {
+    use super::*;
+
+    /// Returns the only notice of a rendering.
+    fn notice(folder: &Path, arguments: &str) -> String {
+        let stderr = render(folder, arguments);
+        match notices(&stderr)[..] {
+            [notice] => notice.into(),
+            ref others => panic!("{arguments}: {others:?}"),
+        }
+    }
+
+    fn mean(folder: &Path, name: &str) -> f64 {
+        let image: Image<f32> = exr::read(&folder.join(name)).unwrap();
+        image.texels.iter().map(|&a| f64::from(a)).sum::<f64>() / image.texels.len() as f64
+    }
+
+    #[test]
+    fn steps_below_a_texel_are_told_with_the_flag_that_helps() {
+        let folder = folder();
+        for arguments in
+            ["--steps 64", "--steps 64 --method crease", "--steps 16 --half-res --radius 300", "--radius 40"]
+        {
+            let said = notice(folder.path(), &format!("-o a.exr --show ao-raw {arguments}"));
+            assert!(said.starts_with("hbao: visibility is 1 at ") && said.contains("--exit shorten"), "{said}");
+            let helped = render(folder.path(), &format!("-o b.exr --show ao-raw {arguments} --exit shorten"));
+            assert_eq!(notices(&helped), [""; 0], "{arguments}");
+            let [before, after] = ["a.exr", "b.exr"].map(|name| mean(folder.path(), name));
+            assert!(after < before - 0.01, "{arguments}: {before} {after}");
+        }
+        let said = notice(folder.path(), "-o a.png --radius 2");
+        assert!(said.contains("at 100% of the surface") && said.contains("give a larger --radius or --size"), "{said}");
+        assert!(!said.contains("--exit"), "no exit helps: {said}");
+        let said = notice(folder.path(), "-o a.png --radius 2 --exit shorten --half-res");
+        assert!(said.contains("R is shorter than 2 texels") && said.contains("or no --half-res"), "{said}");
+    }
+
+    #[test]
+    fn a_radius_past_the_picture_is_told() {
+        let folder = folder();
+        let said = notice(folder.path(), "-o a.exr --show ao --radius 1e6");
+        assert!(said.contains("falls on the picture's border") && said.contains("give a smaller --radius"), "{said}");
+        assert!(mean(folder.path(), "a.exr") > 0.99);
+    }
+
+    #[test]
+    fn visibility_of_1_everywhere_is_told_whatever_the_method_is() {
+        let folder = folder();
+        fs::write(folder.path().join("flat.obj"), "v -9 0 -9\nv 9 0 -9\nv 9 0 9\nv -9 0 9\nf 1 2 3 4\n").unwrap();
+        for arguments in ["--method ray-march --radius 0.1", "flat.obj --radius 9"] {
+            let said = notice(folder.path(), &format!("-o a.png {arguments}"));
+            assert!(said.contains("visibility is 1 at every pixel: nothing occludes within R = "), "{said}");
+        }
+        assert_eq!(notices(&render(folder.path(), "-o a.png --method none")), [""; 0]);
+        let output = hbao(folder.path(), &["truth", "flat.obj", "-o", "t.png", "--size", "8x6", "--truth-rays", "2"]);
+        assert!(String::from_utf8(output.stderr).unwrap().contains("visibility is 1 at every pixel"));
+    }
+
+    #[test]
+    fn a_view_of_nothing_says_what_hides_the_scene() {
+        let folder = folder();
+        for (arguments, parts) in [
+            ("--near 10 --far 20", ["planes at 10 and 20 clip the whole scene", "leave out --near and --far"]),
+            ("--near 9 --far 20 --show depth", ["planes at 9 and 20 clip", "whose depths are 800 to 1359.2"]),
+            ("--eye 278,273,-800 --target 278,1073,-700", ["lies beside the picture", "leave out --eye and --target"]),
+            ("--eye 278,273,-800 --target 278,273,-900", ["the whole scene lies behind the camera", ""]),
+            ("--near 1e7", ["--near 10000000", "lies beyond the whole scene"]),
+        ] {
+            let said = notice(folder.path(), &format!("-o a.png {arguments}"));
+            assert!(said.contains("nothing is in view") && parts.iter().all(|part| said.contains(part)), "{said}");
+            let truth = format!("truth -o t.png --size 8x6 --truth-rays 2 {}", arguments.replace("--show depth", ""));
+            let output = hbao(folder.path(), &truth.split_whitespace().collect::<Vec<_>>());
+            let stderr = String::from_utf8(output.stderr).unwrap();
+            assert!(stderr.contains("nothing is in view"), "{stderr}");
+        }
+        let output = hbao(folder.path(), &["bench", "--only", "crysis", "--runs", "1", "--near", "1", "--far", "1.1"]);
+        assert!(String::from_utf8(output.stderr).unwrap().contains("nothing is in view: the planes at 1 and 1.1"));
     }
 }

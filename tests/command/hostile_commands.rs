@@ -87,6 +87,7 @@ const FLAGS: &[(&str, &[&str], &[&str])] = &[
     ("--attenuation", &["quadratic", "linear", "none"], &["cubic"]),
     ("--snap", &["step", "sample", "none"], &["steps"]),
     ("--clamp", &["position", "depth"], &["edge"]),
+    ("--exit", &["paper", "shorten"], &["early"]),
     ("--grounding", &["sample", "direction"], &["x"]),
     ("--normals", &["derivative", "vertex"], &["face"]),
     ("--jitter", &["tile", "none"], &["noise"]),

@@ -42,8 +42,11 @@ fn it_prints_a_table_and_writes_rows_a_table_and_a_plot() {
         let edge = ["edge_rmse", "edge_mae", "edge_bias", "edge_max", "edge_flip"].map(|name| number(row, name));
         assert!(edge[2].abs() <= edge[1] + 1e-12 && edge[1] <= edge[0] + 1e-12 && edge[0] <= edge[3], "{row}");
         assert!(edge[3] <= max && (0.0..=1.0).contains(&edge[4]) && edge[0] != rmse, "{row}");
-        let beaten = rows.iter().any(|other| number(other, "ms") < number(row, "ms") && number(other, "rmse") < rmse);
-        assert_eq!(row["pareto"], !beaten, "{row}");
+        let exits = |row: &Value| number(row, "exit_share") > 0.5;
+        let beaten = rows
+            .iter()
+            .any(|other| !exits(other) && number(other, "ms") < number(row, "ms") && number(other, "rmse") < rmse);
+        assert_eq!(row["pareto"], !exits(row) && !beaten, "{row}");
         assert!(row["method"] == "none" || number(row, "ms") > 0.0);
     }
     let open = rows.iter().find(|row| row["method"] == "none").unwrap();
@@ -83,6 +86,28 @@ fn it_prints_a_table_and_writes_rows_a_table_and_a_plot() {
     for part in ["<svg", "milliseconds", "RMSE against ray-traced visibility", "Pareto front", "ray-march", "</svg>"] {
         assert!(svg.contains(part), "{part}");
     }
+}
+
+#[test]
+fn a_combination_that_mostly_exits_early_is_never_on_the_front_and_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |arguments: &str| -> (Vec<Value>, String) {
+        let output = trade(folder.path(), &format!("--size 48x36 --runs 1 --truth-rays 2 --json t.json {arguments}"));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read_to_string(folder.path().join("t.json")).unwrap();
+        let mut report: Value = serde_json::from_str(&text).unwrap();
+        let Value::Array(rows) = report["rows"].take() else { panic!("no rows") };
+        (rows, String::from_utf8(output.stderr).unwrap())
+    };
+    let (all, said) = rows("--radius 150");
+    let (exiting, others): (Vec<_>, Vec<_>) = all.iter().partition(|row| row["exit_share"].as_f64().unwrap() > 0.5);
+    assert!(exiting.len() > 10 && exiting.iter().all(|row| row["pareto"] == false && row["steps"].as_u64() > Some(2)));
+    assert!(others.iter().any(|row| row["pareto"] == true));
+    let told = said.lines().find(|line| line.contains("renderings exit early")).unwrap();
+    assert!(told.contains("give --exit shorten, or a larger --radius or --size"), "{told}");
+    let (all, said) = rows("--radius 150 --exit shorten");
+    assert!(all.iter().all(|row| row["exit_share"] == 0.0 && row["exit"] == "shorten"), "{all:?}");
+    assert!(!said.contains("exit early") && !said.contains("no effect"), "{said}");
 }
 
 #[test]

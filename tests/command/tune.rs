@@ -131,23 +131,31 @@ fn without_an_edge_pixel_no_blur_goes_around_samples() {
 }
 
 #[test]
-fn steps_below_a_texel_are_rejected_unrendered() {
+fn settings_that_exit_early_at_most_texels_are_rejected_unrendered() {
     let folder = tempfile::tempdir().unwrap();
     let (settings, report, said) =
-        tune(folder.path(), "cornell-box --size 40x30 --radius 90 --max-error 0.3 --method hbao");
+        tune(folder.path(), "cornell-box --size 40x30 --radius 90 --max-error 0.3 --method hbao --exit paper");
     let most = report["view"]["radius_px"][1].as_f64().unwrap();
     assert!(most > 3.0 && most < 9.0, "{most}");
-    let count = said.lines().find(|line| line.contains("every step is below a texel")).unwrap();
+    let count =
+        said.lines().find(|line| line.contains("at more than half of the texels a step is below a texel")).unwrap();
     let mut rejected = 0;
     for row in rows(&report) {
+        let below = row["exit_share"].as_f64().unwrap() > 0.5;
+        // R covers the most texels at the nearest surface. If a step is too short there, it is too short everywhere.
         let texel = if row["half_res"] == true { 2.0 } else { 1.0 };
-        let below = most / (row["steps"].as_f64().unwrap() + 1.0) / texel < 0.999;
+        assert!(below || most / (row["steps"].as_f64().unwrap() + 1.0) / texel > 0.999, "{row}");
         assert_eq!(row["verdict"] == "steps-below-texel", below, "{row}");
         assert!(!below || row["rmse"].is_null() && row["ms"].is_null(), "{row}");
         rejected += usize::from(below);
     }
     assert!(count.trim_start().starts_with(&format!("{rejected} not rendered: ")), "{count}");
-    assert!(most / f64::from(settings.steps + 1) >= 0.999);
+    assert!(most / f64::from(settings.steps + 1) >= 0.999 && best(&report)["exit_share"].as_f64() <= Some(0.5));
+    // If the exit is not given, steps that would be too short are also shortened.
+    let (_, report, _) = tune(folder.path(), "cornell-box --size 40x30 --radius 90 --max-error 0.3 --method hbao");
+    let shortened = |row: &&Value| row["exit"] == "shorten" && !row["rmse"].is_null();
+    assert!(rows(&report).iter().any(|row| shortened(&row) && row["exit_share"] == 0.0));
+    assert!(best(&report)["exit_share"].as_f64() <= Some(0.5));
     // If the radius is below a texel, all of them are rejected, and A = 1 is chosen because it costs nothing.
     let (settings, report, said) = tune(folder.path(), "cornell-box --size 40x30 --radius 1 --max-error 0.5");
     assert!(said.contains("R covers less than 2 texels") && settings.method == Method::None);

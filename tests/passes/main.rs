@@ -13,6 +13,7 @@ mod debug_output;
 mod decomposition;
 mod depth_slices;
 mod edges;
+mod exit;
 mod extremes;
 mod golden;
 mod half_resolution;

@@ -9,7 +9,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{
-    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Grounding, Jitter, KNOBS, Kind, Knob, Method,
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, KNOBS, Kind, Knob, Method,
     NormalFormat, Normals, Radius, Snap, SsaoDepth, SsaoRotation, Toggle,
 };
 use hbao::{AmbientOcclusion, Apply, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
@@ -47,8 +47,9 @@ fn others() -> Vec<Method> {
 /// Cases that cover every value of every switch, and many combinations.
 fn cases() -> Vec<Case> {
     let mut draw = Draw::new(20_080_602);
-    // Knobs that were added later are drawn from a second sequence, so that the earlier choices stay the same.
+    // Knobs that were added later are drawn from sequences of their own, so that the earlier choices stay the same.
     let mut later = Draw::new(20_090_216);
+    let mut latest = Draw::new(20_080_814);
     let (shots, others) = (scenes::all(), others());
     let plain = CASES + OTHERS * others.len();
     let case = |i: usize| {
@@ -86,6 +87,7 @@ fn cases() -> Vec<Case> {
             msaa: *later.one(&[1, 4, 4, 2, 8]),
             edges: *later.one(&[Edges::Supersample, Edges::Supersample, Edges::Off]),
             half_res: *later.one(&[false, false, true]),
+            exit: *latest.one(&[Exit::Paper, Exit::Shorten]),
             ssao_samples: *later.one(&[8, 16, 24]),
             ssao_rotation: *later.one(&[SsaoRotation::Matrix, SsaoRotation::Mirror]),
             ssao_depth: *later.one(&[SsaoDepth::Full, SsaoDepth::Half]),

@@ -141,7 +141,7 @@ pub fn raw(method: Method, radius: f64) -> Settings {
 /// Returns settings that use every method and every value of every switch, at most four of them at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        Attenuation, BlurKernel, Clamp, DepthFormat, Grounding, Jitter, NormalFormat, Normals, Snap, SsaoDepth,
+        Attenuation, BlurKernel, Clamp, DepthFormat, Exit, Grounding, Jitter, NormalFormat, Normals, Snap, SsaoDepth,
         SsaoRotation, Toggle,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
@@ -176,6 +176,8 @@ pub fn every_switch() -> Vec<Settings> {
         Settings { ssao_samples: 8, ssao_rotation: SsaoRotation::Mirror, ssao_depth: SsaoDepth::Half, ..ssao() },
         Settings { ssao_samples: 24, ssao_normals: Toggle::On, ssao_curve: Toggle::Off, half_res: true, ..ssao() },
         Settings { ssao_normals: Toggle::On, ssao_depth: SsaoDepth::Half, jitter: Jitter::None, blur: 0, ..ssao() },
+        Settings { exit: Exit::Shorten, steps: 24, ..base(100.0) },
+        Settings { exit: Exit::Shorten, steps: 40, half_res: true, ..method(Method::Crease, 100.0) },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
     ];
     chapter.into_iter().chain(others).chain(more).collect()

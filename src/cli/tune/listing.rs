@@ -40,12 +40,13 @@ fn spread(tried: &Tried) -> (f64, f64) {
 }
 
 /// Returns a combination that was considered, as JSON.
-pub(super) fn json(tried: &Tried) -> serde_json::Value {
+pub(super) fn json(tried: &Tried, requirements: &Requirements) -> serde_json::Value {
     let (s, e) = (&tried.settings, tried.errors.as_ref());
     let timed = !tried.times.is_empty();
     let (low, high) = spread(tried);
     let mut fields = settings_fields(s);
     fields.extend([
+        ("exit_share", requirements.reach(s).ok().map(|reach| reach.exits).into()),
         ("jitter", s.jitter.name().into()),
         ("edges", s.edges.name().into()),
         ("ssao_depth", s.ssao_depth.name().into()),

@@ -20,7 +20,11 @@ pub(super) fn requirements(requirements: &Requirements, base: &Settings) -> Vec<
         lines.push("no pixel is an edge: edges = \"off\", unless --edges is given".into());
     }
     if *most < 2.0 {
-        lines.push("R covers less than 2 texels: every step is below a texel, so visibility is 1 everywhere".into());
+        lines.push(
+            "R covers less than 2 texels: every step is below a texel, so visibility is 1 everywhere; a larger --radius or \
+             --size helps"
+                .into(),
+        );
     }
     lines
 }
@@ -106,7 +110,7 @@ pub(super) fn why(verdict: Verdict, goal: Goal) -> &'static str {
         Verdict::Open => "",
         Verdict::Best if for_error => "the cheapest",
         Verdict::Best => "the most accurate",
-        Verdict::StepsBelowTexel => "every step is below a texel, so visibility is 1 everywhere, as with --method none",
+        Verdict::StepsBelowTexel => "at more than half of the texels a step is below a texel, so visibility is 1 there",
         Verdict::DepthFormat => "depth-format r16f does not hold depths from the near to the far plane",
         Verdict::MoreWork if for_error => "no less work than settings that reach the error",
         Verdict::MoreWork => "no less work than settings that take over twice the time",

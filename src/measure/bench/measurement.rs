@@ -1,7 +1,7 @@
 //! The times that were measured for a case, and the figures that follow from them.
 
 use super::cases::Case;
-use crate::measure::median;
+use crate::measure::{Reach, median};
 
 /// The times of one case in milliseconds, one for each run. They are measured by the driver's timer. If the driver has
 /// none, the system's clock measures from one `glFinish` before the pass to another after it. A part of the frame that
@@ -14,6 +14,8 @@ pub struct Measurement {
     pub samples: u32,
     /// The number of triangles of the mesh.
     pub triangles: usize,
+    /// How R fits the steps and the picture.
+    pub reach: Reach,
     /// The time of all passes of a frame together.
     pub frame_ms: Vec<f64>,
     /// The time of the G-buffer and its resolve.
@@ -35,11 +37,12 @@ pub struct Measurement {
 
 impl Measurement {
     /// Makes a measurement without any runs.
-    pub(super) fn begin(case: Case, samples: u32, triangles: usize, notices: Vec<String>) -> Measurement {
+    pub(super) fn begin(case: Case, samples: u32, triangles: usize, reach: Reach, notices: Vec<String>) -> Measurement {
         Measurement {
             case,
             samples,
             triangles,
+            reach,
             frame_ms: Vec::new(),
             gbuffer_ms: Vec::new(),
             ao_ms: Vec::new(),
@@ -97,7 +100,7 @@ mod tests {
     fn the_ratio_to_the_floor_is_taken_pair_by_pair() {
         let case = figure1(&Settings::default(), (1600, 1200)).remove(0);
         let (ao_ms, floor_ms) = (vec![2.0, 30.0, 8.0], vec![1.0, 10.0, 2.0]);
-        let measured = Measurement { ao_ms, floor_ms, ..Measurement::begin(case, 1, 1, Vec::new()) };
+        let measured = Measurement { ao_ms, floor_ms, ..Measurement::begin(case, 1, 1, Reach::default(), Vec::new()) };
         assert_eq!(measured.ao_to_floor(), 3.0);
         assert_eq!(measured.mpixels_per_s(), 1.92 / 8.0 * 1e3);
         assert_eq!(measured.ns_per_sample(&measured.floor_ms), 2e6 / (1.92e6 * 64.0));

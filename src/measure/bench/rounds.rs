@@ -2,10 +2,11 @@
 
 use super::cases::Case;
 use super::measurement::Measurement;
-use crate::measure::Shot;
 use crate::measure::gbuffers::GBuffers;
 use crate::measure::times::{is_ao, is_blur, median, sum};
+use crate::measure::{Reach, Shot};
 use crate::scene::{Camera, Mesh, View};
+use crate::settings::Settings;
 use crate::{AmbientOcclusion, Apply, Error, Pipeline, Request, Timers};
 use std::sync::Arc;
 use std::time::Instant;
@@ -38,6 +39,8 @@ pub fn measure(
         // The cache renders the mesh once without cutting its triangles. After this the driver has made the memory of
         // the G-buffer ready, before anything is timed. Finer meshes are then drawn into the same G-buffer.
         let gbuffer = gbuffers.of(Shot { mesh, camera, size: case.size }, &case.settings)?;
+        let drawn = Settings { method: case.method(), ..case.settings.clone() };
+        let reach = Reach::of(&gbuffer.depth()?, camera.projection, &drawn)?;
         let mesh = case.subdivisions.checked_sub(1).map_or(mesh, |level| &finer[level as usize]);
         let request =
             Request { composite: Some(Apply::All), without_ao: case.without_ao, timings: true, ..Request::default() };
@@ -48,8 +51,8 @@ pub fn measure(
             0 => None,
             _ => Some(AmbientOcclusion::fetch_floor(gl.clone(), case.size, &case.settings)?),
         };
-        let triangles = mesh.triangles.len();
-        let measured = Measurement::begin(case.clone(), pipeline.samples(), triangles, pipeline.notices().to_vec());
+        let (triangles, notices) = (mesh.triangles.len(), pipeline.notices().to_vec());
+        let measured = Measurement::begin(case.clone(), pipeline.samples(), triangles, reach, notices);
         all.push(Running { mesh, camera, pipeline, floor, wall_ms: vec![made_ms], measured });
     }
     for run in 0..=runs {

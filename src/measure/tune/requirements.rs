@@ -1,15 +1,15 @@
 //! Finds the properties of a view that decide which settings make sense on it, before the search.
 
 use crate::image::Image;
-use crate::measure::Shot;
 use crate::measure::gbuffers::GBuffers;
-use crate::settings::{Method, MethodBlur, Settings};
+use crate::measure::{Reach, Shot};
+use crate::projection::Projection;
+use crate::settings::{Exit, Method, MethodBlur, Settings};
 use crate::{Error, Pipeline, Request};
 use std::sync::Arc;
 
-/// The length of a step in texels below which a method certainly exits early. It is 1 minus the most that rounding to
-/// 16-bit depth may add.
-const SURELY_BELOW: f64 = 0.999;
+/// The share of its depth by which rounding to 16 bits may move a surface.
+const DEPTH_ROUNDING: f64 = 1e-3;
 
 /// The properties of a view that decide which settings make sense on it.
 #[derive(Clone, Debug)]
@@ -23,6 +23,9 @@ pub struct Requirements {
     pub edge_pixels: [usize; 2],
     /// R in texels, first at the farthest covered pixel, then at the nearest.
     pub radius_px: (f64, f64),
+    depth: Image<f32>,
+    projection: Projection,
+    farthest: f64,
 }
 
 impl Requirements {
@@ -56,7 +59,8 @@ impl Requirements {
                 *pixels = pipeline.edges().map_or(0, |edges| edges.texels.iter().filter(|&&edge| edge).count());
             }
         }
-        Ok(Requirements { covered, samples, edge_pixels, radius_px })
+        let (projection, farthest) = (shot.camera.projection, f64::from(farthest));
+        Ok(Requirements { covered, samples, edge_pixels, radius_px, depth, projection, farthest })
     }
 
     /// Returns the number of edge pixels for the blur of the method.
@@ -64,15 +68,19 @@ impl Requirements {
         self.edge_pixels[edge_kind(method)]
     }
 
-    /// Returns whether the method certainly exits early at every pixel, because a step is shorter than a texel
-    /// everywhere.
-    pub(super) fn all_exit(&self, settings: &Settings) -> bool {
-        settings.method.facts().exits_early && step(self.radius_px.1, settings) < SURELY_BELOW
+    /// Returns how R fits the steps of these settings and the picture.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the radius is in percent.
+    pub fn reach(&self, settings: &Settings) -> Result<Reach, Error> {
+        Reach::of(&self.depth, self.projection, settings)
     }
 
-    /// Returns whether the method may exit early at some pixel, because a step may be shorter than a texel there.
-    pub(super) fn some_may_exit(&self, settings: &Settings) -> bool {
-        settings.method.facts().exits_early && step(self.radius_px.0, settings) < 1.0 / SURELY_BELOW
+    /// Returns whether the method may exit early at some pixel, such that fewer steps would prevent it.
+    pub(super) fn steps_may_exit(&self, settings: &Settings) -> bool {
+        let size = (self.depth.width as u32, self.depth.height as u32);
+        let exit = settings.exit_depth(self.projection, size).unwrap_or(f64::INFINITY);
+        settings.exit == Exit::Paper && self.farthest * (1.0 + DEPTH_ROUNDING) > exit
     }
 }
 
@@ -80,9 +88,4 @@ impl Requirements {
 /// are edges.
 pub(super) fn edge_kind(method: Method) -> usize {
     usize::from(method.facts().blur == MethodBlur::Crysis)
-}
-
-/// Returns the length of a step in texels of ambient occlusion, if R covers `radius_px` pixels of the image.
-fn step(radius_px: f64, settings: &Settings) -> f64 {
-    radius_px / f64::from(settings.steps + 1) / f64::from(settings.ao_scale())
 }

@@ -9,11 +9,11 @@ use super::stage::Stage;
 use super::verdict::{Tried, Tuned, Verdict, decide};
 use crate::Error;
 use crate::image::Image;
-use crate::measure::Shot;
 use crate::measure::gbuffers::GBuffers;
+use crate::measure::{MOST_EXITS, Shot};
 use crate::pipeline::check_depth_range;
 use crate::scene::Camera;
-use crate::settings::{KNOBS, Settings};
+use crate::settings::{Exit, KNOBS, Settings};
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -84,7 +84,8 @@ impl<'a> Tuner<'a> {
         let mut next = self.space.sweep();
         let mut known = HashSet::new();
         for round in 0..=ROUNDS {
-            let mut new: Vec<Settings> = next.iter().filter_map(|settings| self.space.admit(settings)).collect();
+            let admitted = next.iter().filter_map(|settings| self.space.admit(settings));
+            let mut new: Vec<Settings> = admitted.flat_map(|settings| self.with_other_exit(settings)).collect();
             new.retain(|settings| known.insert(key(settings)));
             new.sort_by(|a, b| work(a).total_cmp(&work(b)));
             let all = self.tried.len() + new.len();
@@ -108,6 +109,14 @@ impl<'a> Tuner<'a> {
         Ok(Tuned { tried: self.tried, best })
     }
 
+    /// Returns the combination and, if its steps may be shorter than a texel at some pixel, also the one that takes fewer
+    /// steps there, unless the user pinned what happens.
+    fn with_other_exit(&self, settings: Settings) -> impl Iterator<Item = Settings> {
+        let exits = self.requirements.steps_may_exit(&settings) && !self.space.pins("exit");
+        let other = exits.then(|| Settings { exit: Exit::Shorten, ..settings.clone() });
+        [settings].into_iter().chain(other)
+    }
+
     /// Rejects a combination without rendering it, or renders it for its error and times it roughly if it may win.
     fn try_once(&mut self, settings: Settings, truth: &Image<f32>, goal: Goal) -> Result<Tried, Error> {
         let verdict = self.unrendered(&settings, goal).unwrap_or(Verdict::Open);
@@ -128,7 +137,7 @@ impl<'a> Tuner<'a> {
         let mut ready = self.stage.ready(&tried.settings)?;
         let errors = self.stage.errors(&mut ready, truth, &self.requirements.covered)?;
         tried.errors = Some(errors);
-        let exits = self.requirements.some_may_exit(&tried.settings);
+        let exits = self.requirements.steps_may_exit(&tried.settings);
         let as_good = |other: &Tried| {
             other.rmse().is_some_and(|rmse| rmse <= errors.rmse)
                 && no_more_work(&other.settings, &tried.settings, exits)
@@ -146,10 +155,10 @@ impl<'a> Tuner<'a> {
         if check_depth_range(settings, self.camera).is_err() {
             return Some(Verdict::DepthFormat);
         }
-        if self.requirements.all_exit(settings) {
+        if self.requirements.reach(settings).is_ok_and(|reach| reach.exits > MOST_EXITS) {
             return Some(Verdict::StepsBelowTexel);
         }
-        let exits = self.requirements.some_may_exit(settings);
+        let exits = self.requirements.steps_may_exit(settings);
         let enough = |other: &Tried| match goal {
             Goal::MaxError(limit) => other.rmse().is_some_and(|rmse| rmse <= limit),
             Goal::MaxMs(limit) => other.rough_ms.is_some_and(|ms| ms > NOISE * limit),

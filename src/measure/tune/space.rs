@@ -30,7 +30,7 @@ pub(super) struct Space {
 }
 
 impl Space {
-    fn pins(&self, knob: &str) -> bool {
+    pub(super) fn pins(&self, knob: &str) -> bool {
         self.pinned.iter().any(|pinned| pinned.name == knob)
     }
 

@@ -12,8 +12,8 @@ pub enum Verdict {
     Open,
     /// It is the answer.
     Best,
-    /// It was not rendered, because every step is shorter than a texel. Visibility is then 1 everywhere, as without a
-    /// method.
+    /// It was not rendered, because at more than half of the texels a step is shorter than a texel, so that the method
+    /// exits early ([`MOST_EXITS`](crate::measure::MOST_EXITS)).
     StepsBelowTexel,
     /// It was not rendered, because a 16-bit depth cannot hold both the near and the far plane.
     DepthFormat,

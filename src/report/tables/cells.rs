@@ -13,6 +13,15 @@ pub(crate) fn optional(x: Option<f64>, places: usize) -> String {
     number(x.unwrap_or(f64::NAN), places)
 }
 
+/// Formats a share in percent, or as a dash if it is 0. The result is `100%` only if the share is 1.
+pub(crate) fn percent(share: f64) -> String {
+    match share {
+        0.0 => "-".into(),
+        1.0 => "100%".into(),
+        _ => format!("{:.0}%", (100.0 * share).clamp(1.0, 99.0)),
+    }
+}
+
 /// Returns the shortest and the longest of these times.
 pub(crate) fn spread(times: &[f64]) -> (f64, f64) {
     times.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &t| (low.min(t), high.max(t)))

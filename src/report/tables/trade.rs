@@ -1,7 +1,7 @@
 //! The tables of `hbao trade`: the time and the error of each combination of settings, and the error decomposed by its
 //! causes.
 
-use super::cells::optional;
+use super::cells::{optional, percent};
 use crate::report::fields::trade_fields;
 use crate::report::words::words;
 use hbao::Settings;
@@ -10,12 +10,13 @@ use hbao::measure::table::{Column, Table};
 use hbao::measure::trade::TradeRow;
 
 /// Makes the table of the time and the errors of a sweep. The first column has a star if no other combination is better
-/// in both time and RMSE. `flip_places` is the number of decimal places of FLIP.
+/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. `flip_places` is the number of decimal places of FLIP.
 pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
     let columns = [
         Column::left("", 2),
         Column::left("method", 12),
         Column::left("samples", 32),
+        Column::right("exits", 7),
         Column::right("ms", 9),
         Column::right("RMSE", 9),
         Column::right("MAE", 9),
@@ -30,6 +31,7 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
             if row.pareto { "*" } else { "" }.into(),
             row.settings.method.name().into(),
             words(&row.settings),
+            percent(row.reach.exits),
             format!("{:.2}", row.ms),
             format!("{:.4}", e.rmse),
             format!("{:.4}", e.mae),

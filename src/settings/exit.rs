@@ -1,0 +1,48 @@
+//! Tells from which depth on a method exits early.
+
+use super::{Exit, Settings};
+use crate::Error;
+use crate::projection::Projection;
+
+impl Settings {
+    /// Returns the depth beyond which the method exits early: at surfaces with a greater z, visibility is 1, because R
+    /// covers too few texels there (6.2, Variable step size). The depth is in scene units, for a picture of `size`
+    /// (width, height) pixels.
+    ///
+    /// R covers R_px = R H / (2 z tan(fov_y/2)) texels of ambient occlusion at the depth z, or the same with the width,
+    /// if that is less. With [`Exit::Paper`] the method exits where R_px < N_s + 1, with [`Exit::Shorten`] where R_px <
+    /// 2. An orthographic view has the same R_px everywhere: the result is 0 if the method exits at every pixel, and
+    /// infinite if it exits at none. It is also infinite for a method that never exits early.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the radius is in percent.
+    pub fn exit_depth(&self, projection: Projection, size: (u32, u32)) -> Result<f64, Error> {
+        let needed = match self.exit_read() {
+            None => return Ok(f64::INFINITY),
+            Some(Exit::Paper) => f64::from(self.steps + 1),
+            Some(Exit::Shorten) => 2.0,
+        };
+        let depth = self.radius_in_texels(projection, size)? / needed;
+        Ok(match projection {
+            Projection::Perspective { .. } => depth,
+            Projection::Orthographic { .. } if depth < 1.0 => 0.0,
+            Projection::Orthographic { .. } => f64::INFINITY,
+        })
+    }
+
+    /// Returns how the method exits early; `None` if it never does.
+    pub(crate) fn exit_read(&self) -> Option<Exit> {
+        self.method.reads("exit").then_some(self.exit)
+    }
+
+    /// Returns how many texels of ambient occlusion R covers in a picture of `size` (width, height) pixels, on the axis
+    /// on which it covers fewer: in perspective at the depth 1, otherwise at every depth.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the radius is in percent.
+    pub(crate) fn radius_in_texels(&self, projection: Projection, size: (u32, u32)) -> Result<f64, Error> {
+        let [half_width, half_height] = projection.half_extents();
+        let texels = (f64::from(size.0) / half_width).min(f64::from(size.1) / half_height) / 2.0;
+        Ok(self.radius_units()? * texels / f64::from(self.ao_scale()))
+    }
+}
