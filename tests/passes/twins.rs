@@ -49,7 +49,7 @@ fn cases() -> Vec<Case> {
     let mut draw = Draw::new(20_080_602);
     // Knobs that were added later are drawn from sequences of their own, so that the earlier choices stay the same.
     let mut later = Draw::new(20_090_216);
-    let mut latest = Draw::new(20_080_814);
+    let mut latest = Draw::new(1_963);
     let (shots, others) = (scenes::all(), others());
     let plain = CASES + OTHERS * others.len();
     let case = |i: usize| {
