@@ -171,6 +171,7 @@ fn knob_argument(knob: &'static Knob) -> Arg {
         ("radius", default) => format!("the scene's own, or {default}"),
         ("blur", default) => format!("{default}; {own_blur} always uses its own 4x4 blur, which 0 turns off"),
         ("blur-depth-sigma", "") => format!("R/4; for {own_blur} a share of the depth"),
+        ("ssao-curve", "") => "on; off with --ssao-normals on".into(),
         ("msaa", default) => format!("{default}, if the driver supports it"),
         (_, default) => own_defaults(knob).fold(default.into(), |text: String, own| text + "; " + &own),
     };

@@ -3,6 +3,7 @@
 //! Nothing here panics on the contents of a flag or a file: each error becomes one line on stderr and an exit code.
 
 mod bench;
+mod compare;
 mod flags;
 mod folder;
 mod info;
@@ -37,6 +38,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("tune", matches)) => tune::run(matches),
         Some(("bench", matches)) => bench::run(matches),
         Some(("paper", matches)) => paper::run(matches),
+        Some(("compare", matches)) => compare::run(matches),
         Some(("info", _)) => info::run(),
         // clap accepts no other subcommand.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
@@ -56,5 +58,6 @@ fn command() -> Command {
         .subcommand(tune::command())
         .subcommand(bench::command())
         .subcommand(paper::command())
+        .subcommand(compare::command())
         .subcommand(info::command())
 }

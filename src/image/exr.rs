@@ -12,6 +12,7 @@ use ::exr::prelude::{
 };
 
 use super::Image;
+use super::channels::{Channel, Channels, Samples};
 use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
@@ -66,16 +67,7 @@ pub fn encode<T: Texel<Component = f32>>(image: &Image<T>, text: &[(&str, &str)]
 /// # Errors
 /// [`Error::Input`] if the file cannot be read, is damaged, or lacks these channels.
 pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
-    let chunks = chunks(path)?;
-    let image = ::exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_chunks(chunks)
-        .map_err(|e| Error::input(path, e.to_string()))?;
-    let layer = image.layer_data;
+    let (layer, _) = first_layer(path)?;
     let (width, height) = (layer.size.width(), layer.size.height());
     let mut planes = Vec::new();
     for &name in channel_names::<T>() {
@@ -92,6 +84,37 @@ pub fn read<T: Texel<Component = f32>>(path: &Path) -> Result<Image<T>, Error> {
         planes.push(plane);
     }
     Ok(Image::from_fn(width, height, |x, y| T::from_components(|i| planes[i][(height - 1 - y) * width + x])))
+}
+
+/// Reads all channels of the first layer of an EXR file.
+pub(super) fn read_channels(path: &Path) -> Result<Channels, Error> {
+    let (layer, layers) = first_layer(path)?;
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let mut channels = Vec::new();
+    for channel in layer.channel_data.list {
+        let name = channel.name.to_string();
+        if channel.sample_data.len() != width * height {
+            let what = format!("the channel {} does not have one value per pixel", Error::shown(&name));
+            return Err(Error::input(path, what));
+        }
+        channels.push(Channel { name, samples: Samples::Exr(channel.sample_data) });
+    }
+    Ok(Channels { width, height, channels, layers })
+}
+
+/// Reads the first layer of a file. Returns also how many layers the file has.
+fn first_layer(path: &Path) -> Result<(Layer<AnyChannels<FlatSamples>>, usize), Error> {
+    let chunks = chunks(path)?;
+    let layers = chunks.headers().len();
+    let image = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_chunks(chunks)
+        .map_err(|e| Error::input(path, e.to_string()))?;
+    Ok((image.layer_data, layers))
 }
 
 /// Reads the string attributes of an EXR file's first layer as pairs (name, text), in no particular order.

@@ -3,7 +3,7 @@
 use super::Image;
 use crate::Error;
 use std::fs::File;
-use std::io::{BufReader, Seek, SeekFrom};
+use std::io::{BufReader, Read as _, Seek, SeekFrom};
 use std::path::Path;
 
 impl<T: Copy> Image<T> {
@@ -77,6 +77,16 @@ pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
         Ok((BufReader::new(file), length))
     };
     open().map_err(|e: std::io::Error| Error::input(path, e.to_string()))
+}
+
+/// Returns the first four bytes of a file, by which its format is recognised. Those of a shorter file are followed by
+/// zeros.
+pub(super) fn first_bytes(path: &Path) -> Result<[u8; 4], Error> {
+    let mut bytes = Vec::new();
+    let read = |file: File| file.take(4).read_to_end(&mut bytes);
+    File::open(path).and_then(read).map_err(|e| Error::input(path, e.to_string()))?;
+    bytes.resize(4, 0);
+    Ok([bytes[0], bytes[1], bytes[2], bytes[3]])
 }
 
 /// Refuses a file whose header claims more bytes of pixels than a file of its length can contain. This is checked

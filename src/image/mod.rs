@@ -6,6 +6,8 @@
 //! `[u8; 3]` is RGB; in an EXR `f32` is the channel `Y` and `[f32; 3]` are the channels `R`, `G` and `B`.
 
 #[cfg(feature = "render")]
+mod channels;
+#[cfg(feature = "render")]
 pub mod exr;
 #[cfg(feature = "render")]
 mod file;
@@ -15,9 +17,27 @@ mod output;
 pub mod png;
 
 #[cfg(feature = "render")]
+pub use channels::{Channel, Channels, Samples};
+#[cfg(feature = "render")]
 pub use file::{Component, Texel, metadata};
 #[cfg(feature = "render")]
 pub use output::Outputs;
+
+/// Reads a PNG or EXR file of any kind that other programs write. What the file is follows from its first bytes.
+///
+/// A PNG may be grey or RGB, with or without alpha or a palette, interlaced or not, and have 1 to 16 bits. Of an EXR
+/// file all channels of the first layer are read, within its data window.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input) if the file cannot be read, is damaged, or is neither a PNG nor an EXR file.
+#[cfg(feature = "render")]
+pub fn read_channels(path: &std::path::Path) -> Result<Channels, crate::Error> {
+    match &file::first_bytes(path)? {
+        b"\x89PNG" => png::read_channels(path),
+        b"\x76\x2f\x31\x01" => exr::read_channels(path),
+        _ => Err(crate::Error::input(path, "it is neither a PNG nor an EXR file: convert it to one of these")),
+    }
+}
 
 /// A rectangle of texels, stored row by row **from the bottom up**, as in an OpenGL window: `texels[y * width + x]`.
 /// Image files store the top row first. Reading and writing them reverses the order of the rows.

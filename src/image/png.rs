@@ -2,11 +2,14 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
-use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader};
+use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader, Transformations};
 
 use super::Image;
+use super::channels::{Channel, Channels, Samples};
 use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
@@ -54,7 +57,7 @@ pub fn encode<T: Texel<Component = u8>>(image: &Image<T>, text: &[(&str, &str)])
 /// # Errors
 /// [`Error::Input`] if the file cannot be read, is damaged, or holds another kind of image.
 pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
-    let mut reader = reader(path)?;
+    let mut reader = reader(path, |_| ())?;
     let found = (reader.info().color_type, reader.info().bit_depth);
     let wanted = (color::<T>(), BitDepth::Eight);
     if found != wanted {
@@ -73,13 +76,43 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }))
 }
 
+/// Reads a PNG file of any kind, as the channels `Y`, or `R`, `G` and `B`, and `A`. A palette is resolved, and a
+/// transparent colour becomes alpha. Text and colour profiles are not read.
+pub(super) fn read_channels(path: &Path) -> Result<Channels, Error> {
+    let mut reader = reader(path, |decoder| {
+        decoder.set_transformations(Transformations::EXPAND);
+        decoder.set_ignore_text_chunk(true);
+        decoder.set_ignore_iccp_chunk(true);
+    })?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let length = reader.output_buffer_size().ok_or_else(|| Error::input(path, "it is too large for this machine"))?;
+    let mut bytes = vec![0; length];
+    reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;
+    let (color, depth) = reader.output_color_type();
+    let names: &[&str] = match color {
+        ColorType::Grayscale => &["Y"],
+        ColorType::GrayscaleAlpha => &["Y", "A"],
+        ColorType::Rgba => &["R", "G", "B", "A"],
+        ColorType::Rgb | ColorType::Indexed => &["R", "G", "B"],
+    };
+    let samples = |i: usize| match depth {
+        BitDepth::Sixteen => {
+            let words = bytes.chunks_exact(2).skip(i).step_by(names.len());
+            Samples::Words(words.map(|word| u16::from_be_bytes([word[0], word[1]])).collect())
+        }
+        _ => Samples::Bytes(bytes.iter().skip(i).step_by(names.len()).copied().collect()),
+    };
+    let channels = names.iter().enumerate().map(|(i, name)| Channel { name: (*name).into(), samples: samples(i) });
+    Ok(Channels { width, height, channels: channels.collect(), layers: 1 })
+}
+
 /// Reads the text of a PNG file as pairs (keyword, text), in no particular order. At most 16 MiB of text are read,
 /// because a small file can contain gigabytes of compressed text.
 ///
 /// # Errors
 /// [`Error::Input`] if the file cannot be read, is damaged, or has more text.
 pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
-    let mut reader = reader(path)?;
+    let mut reader = reader(path, |_| ())?;
     reader.finish().map_err(|e| Error::input(path, e.to_string()))?; // reads the text that follows the pixels, too
     let info = reader.info();
     let refused = |e: &dyn Display| Error::input(path, format!("its text cannot be read, or is past 16 MiB: {e}"));
@@ -107,10 +140,11 @@ pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     Ok(pairs)
 }
 
-/// Opens a PNG file, reads its header and checks what the header claims.
-fn reader(path: &Path) -> Result<Reader<impl std::io::BufRead + std::io::Seek + use<>>, Error> {
+/// Opens a PNG file, reads its header and checks what the header claims. `prepare` says how the file is decoded.
+fn reader(path: &Path, prepare: impl FnOnce(&mut Decoder<BufReader<File>>)) -> Result<Reader<BufReader<File>>, Error> {
     let (file, length) = open(path)?;
     let mut decoder = Decoder::new(file);
+    prepare(&mut decoder);
     let info = decoder.read_header_info().map_err(|e| Error::input(path, e.to_string()))?;
     let claimed = u128::from(info.width) * u128::from(info.height) * info.bits_per_pixel() as u128 / 8;
     check_claim(path, length, claimed)?;

@@ -108,15 +108,26 @@ fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), Error> {
 /// Computes FLIP at each pixel.
 #[cfg(feature = "flip")]
 fn flip(got: &Image<f32>, truth: &Image<f32>) -> Option<Vec<f32>> {
-    let grey = |image: &Image<f32>| {
-        let bytes: Vec<u8> = image.texels.iter().flat_map(|a| [(a.clamp(0.0, 1.0) * 255.0).round() as u8; 3]).collect();
-        nv_flip::FlipImageRgb8::with_data(image.width as u32, image.height as u32, &bytes)
+    let grey = |image: &Image<f32>| -> Vec<u8> {
+        image.texels.iter().flat_map(|a| [(a.clamp(0.0, 1.0) * 255.0).round() as u8; 3]).collect()
     };
-    Some(nv_flip::flip(grey(truth), grey(got), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec())
+    flip_of_colours((got.width, got.height), &grey(got), &grey(truth))
+}
+
+/// Computes FLIP at each pixel of two pictures of this size, which are given as the red, green and blue of each pixel.
+#[cfg(feature = "flip")]
+pub(super) fn flip_of_colours(size: (usize, usize), got: &[u8], truth: &[u8]) -> Option<Vec<f32>> {
+    let image = |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(size.0 as u32, size.1 as u32, bytes);
+    Some(nv_flip::flip(image(truth), image(got), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec())
 }
 
 #[cfg(not(feature = "flip"))]
 fn flip(_: &Image<f32>, _: &Image<f32>) -> Option<Vec<f32>> {
+    None
+}
+
+#[cfg(not(feature = "flip"))]
+pub(super) fn flip_of_colours(_: (usize, usize), _: &[u8], _: &[u8]) -> Option<Vec<f32>> {
     None
 }
 

@@ -6,6 +6,7 @@
 pub mod bench;
 mod counts;
 pub mod decomposition;
+pub mod difference;
 pub mod errors;
 mod gbuffers;
 mod interleaved;

@@ -170,7 +170,7 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         ("BIAS", reads("bias") && settings.bias > 0.0),
         ("HALF_DEPTH", reads_half_depth(settings)),
         ("NORMALS", reads("ssao-normals") && settings.ssao_normals == Toggle::On),
-        ("CURVE", reads("ssao-curve") && settings.ssao_curve == Toggle::On),
+        ("CURVE", reads("ssao-curve") && settings.curve() == Toggle::On),
         ("NORMALS_RECTANGLE", variant.normals == TextureTarget::Rectangle),
         ("NORMALS_BIASED", variant.encoding == NormalEncoding::Biased),
         ("ORTHOGRAPHIC", variant.orthographic),

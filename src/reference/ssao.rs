@@ -10,7 +10,7 @@ pub(super) const TWIN: Twin = Twin {
     occlusion,
     count: |settings| settings.ssao_samples,
     scale: |settings| 1.0 / f64::from(settings.ssao_samples),
-    curve: |settings| settings.ssao_curve == Toggle::On,
+    curve: |settings| settings.curve() == Toggle::On,
     // It has no converged form, because its offsets are a fixed set.
     converged: None,
 };

@@ -3,11 +3,12 @@
 
 use super::models::{self, Opened};
 use super::subject::Subject;
+use glam::DVec3;
 use hbao::image::Image;
 use hbao::measure::decomposition::subset;
 use hbao::measure::errors::{Comparison, Errors};
 use hbao::reference::{self, truth::Truth};
-use hbao::scene::{CORNELL_BOX, NAVE, Projection};
+use hbao::scene::{CORNELL_BOX, Camera, NAVE, Projection};
 use hbao::{Error, PassTime, Pipeline, Request, Settings, glow, rotation_tile};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -48,12 +49,28 @@ impl Seen {
         self.depth.height as f64 / (2.0 * half_height)
     }
 
+    /// Returns the covered pixels whose surface point, in world space, is wanted. `camera` is the camera of the view.
+    pub(super) fn pixels_where(&self, camera: &Camera, wanted: impl Fn(DVec3) -> bool) -> Vec<(usize, usize)> {
+        let (width, height) = (self.depth.width, self.depth.height);
+        let is_wanted = |&(x, y): &(usize, usize)| {
+            let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
+            let ((origin, r), z) = (camera.ray(u, v), f64::from(self.depth.at(x, y)));
+            z.is_finite() && wanted(to_world(camera, origin + z * r))
+        };
+        (0..width * height).map(|i| (i % width, i / width)).filter(is_wanted).collect()
+    }
+
     /// Chooses `count` covered pixels at random, the same in every run. If there are fewer, it returns all covered
     /// pixels.
     pub(super) fn some_covered(&self, count: usize) -> Vec<(usize, usize)> {
         let width = self.depth.width;
         subset(&self.covered(), count).into_iter().map(|i| (i % width, i / width)).collect()
     }
+}
+
+/// Converts a point from eye space to world space.
+pub(super) fn to_world(camera: &Camera, p: DVec3) -> DVec3 {
+    camera.eye + camera.direction_to_world(p)
 }
 
 /// The ray-traced ambient occlusion of some pixels of a view.

@@ -2,8 +2,9 @@
 
 use super::subject::Subject;
 use glam::{DVec3, dvec3};
-use hbao::Error;
 use hbao::scene::{Lens, Mesh, View};
+use hbao::settings::Method;
+use hbao::{Error, Settings};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::rc::Rc;
 
@@ -26,11 +27,19 @@ fn subject(key: &'static str, name: &str, mesh: Mesh, eye: DVec3, target: DVec3,
     Subject { name: name.into(), key, mesh: Rc::new(mesh), view, radius, arguments: None }
 }
 
-/// Makes two half planes that meet in a vertical line in the middle of the picture. Each is turned away from the eye by
-/// `away` radians: 0 gives a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room.
+/// Returns the lens whose horizontal field of view is 90 degrees. With this field of view the offsets of `ssao` fill a
+/// ball in a square picture, because their x is in units of the picture's width and their z in units of 2 P.z.
 ///
-/// The horizontal field of view is 90 degrees. With this field of view the offsets of `ssao` fill a ball, because their
-/// x is in units of the picture's width and their z in units of 2 P.z.
+/// A camera's field of view is limited, so a picture that is far higher than wide gets less than 90 degrees
+/// horizontally.
+fn right_angle(size: (u32, u32)) -> Lens {
+    let fov_y = 2.0 * (f64::from(size.1) / f64::from(size.0)).atan();
+    Lens::FovY(fov_y.clamp(1.5f64.to_radians(), 174f64.to_radians()))
+}
+
+/// Makes two half planes that meet in a vertical line in the middle of the picture. Each is turned away from the eye by
+/// `away` radians: 0 gives a wall, PI/4 the outer edge of a box, -PI/4 the inner corner of a room. The horizontal field
+/// of view is 90 degrees.
 pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -> Result<Subject, Error> {
     let (high, wide) = (400.0, 400.0);
     let side = |sign: f64| {
@@ -40,10 +49,7 @@ pub(super) fn fold(key: &'static str, name: &str, away: f64, size: (u32, u32)) -
     };
     let mesh = quads([side(-1.0), side(1.0)])?;
     let mut fold = subject(key, name, mesh, dvec3(0.0, 0.0, 30.0), DVec3::ZERO, 3.0);
-    // A camera's field of view is limited, so a picture that is far higher than wide gets less than 90 degrees
-    // horizontally.
-    let fov_y = 2.0 * (f64::from(size.1) / f64::from(size.0)).atan();
-    fold.view.lens = Some(Lens::FovY(fov_y.clamp(1.5f64.to_radians(), 174f64.to_radians())));
+    fold.view.lens = Some(right_angle(size));
     Ok(fold)
 }
 
@@ -64,11 +70,23 @@ pub(super) fn floor() -> Result<Subject, Error> {
     Ok(subject("floor", "floor", mesh, dvec3(0.0, 6.0, 8.0), DVec3::ZERO, 1.0))
 }
 
+/// Half the width of the floor inside the rim of [`pit`].
+const PIT: f64 = 1.0;
+
+/// Returns whether a point in world space is on the floor inside the rim of [`pit`].
+pub(super) fn on_floor_of_pit(p: DVec3) -> bool {
+    p.y.abs() < 0.01 && p.x.abs().max(p.z.abs()) < PIT
+}
+
 /// Makes a floor with a square rim that stands upright on it, seen from straight above: Figure 6.2.4 in three
-/// dimensions. Seen from the middle of the floor, the rim hides low points beyond it, although these points lie above
-/// the height field.
-pub(super) fn pit() -> Result<Subject, Error> {
-    let (half, thick, high, far) = (2.0, 0.25, 1.6, 60.0);
+/// dimensions. Seen from the floor inside, the rim hides low points beyond it, although these points lie above the
+/// height field. If `solid` is true, the rim is a block that reaches to the horizon, and no point beyond it is free.
+///
+/// The horizontal field of view is 90 degrees. The radius is the length of the longest offset of `ssao`; it is larger
+/// than the pit.
+pub(super) fn pit(size: (u32, u32), solid: bool) -> Result<Subject, Error> {
+    let (half, high, far, eye) = (PIT, 1.6, 60.0, 14.0);
+    let thick = if solid { far - half } else { 0.25 };
     let floor = [dvec3(-far, 0.0, -far), dvec3(far, 0.0, -far), dvec3(far, 0.0, far), dvec3(-far, 0.0, far)];
     let mut all = vec![floor];
     for turn in 0..4 {
@@ -81,7 +99,11 @@ pub(super) fn pit() -> Result<Subject, Error> {
             all.push(quad.map(turned));
         }
     }
-    let mut pit = subject("pit", "pit", quads(all)?, dvec3(0.0, 14.0, 0.0), DVec3::ZERO, 4.0);
+    // The depth sigma of `ssao` is a quarter of its reach.
+    let reach = 4.0 * Settings::for_method(Method::Ssao).depth_sigma()?.at(eye);
+    let (key, name) = if solid { ("hole", "hole in a block") } else { ("pit", "pit behind a thin rim") };
+    let mut pit = subject(key, name, quads(all)?, dvec3(0.0, eye, 0.0), DVec3::ZERO, reach);
+    pit.view.lens = Some(right_angle(size));
     pit.view.up = Some(DVec3::NEG_Z);
     Ok(pit)
 }

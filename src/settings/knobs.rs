@@ -189,10 +189,12 @@ macro_rules! knobs {
         }),+];
     };
     (@kind Word $choice:ident) => { Kind::Word($choice::NAMES) };
+    (@kind WordOrUnset $choice:ident) => { Kind::Word($choice::NAMES) };
     (@kind PositiveOrUnset) => { Kind::Positive };
     (@kind $kind:ident) => { Kind::$kind };
     (@kind $kind:ident $($argument:expr),+) => { Kind::$kind($($argument),+) };
     (@get Word $field:expr) => { Value::Text($field.name().into()) };
+    (@get WordOrUnset $field:expr) => { Value::Text($field.map_or("", |choice| choice.name()).into()) };
     (@get Degrees $field:expr) => { Value::Number(typed_degrees($field)) };
     (@get Length $field:expr) => {
         match $field {
@@ -205,6 +207,7 @@ macro_rules! knobs {
     (@get Positive $field:expr) => { Value::Number($field) };
     (@get $kind:ident $field:expr) => { Value::Count($field) };
     (@put Word $text:ident; $choice:ident) => { $choice::parse($text) };
+    (@put WordOrUnset $text:ident; $choice:ident) => { $choice::parse($text).map(Some) };
     (@put Count $text:ident; $($argument:expr),+) => { count($text, $($argument),+) };
     (@put OddOrZero $text:ident; $($argument:expr),+) => { odd_or_zero($text, $($argument),+) };
     (@put OneOf $text:ident; $($argument:expr),+) => { one_of($text, $($argument),+) };
@@ -265,7 +268,7 @@ knobs! {
         "ssao: full reads the depth image, half reads a copy of it at half the width and height";
     "ssao-normals" "NORMALS" ssao_normals Word: Toggle =
         "ssao: on reverses the offsets that point behind the surface, off keeps them as they are";
-    "ssao-curve" "CURVE" ssao_curve Word: Toggle =
+    "ssao-curve" "CURVE" ssao_curve WordOrUnset: Toggle =
         "ssao: on returns A^2 + A, off returns A, the mean accessibility of the samples";
     "ao-format" "FORMAT" ao_format Word: AoFormat = "The texture format of ambient occlusion";
     "normal-format" "FORMAT" normal_format Word: NormalFormat = "The texture format of normals";

@@ -110,8 +110,8 @@ pub struct Settings {
     pub ssao_depth: SsaoDepth,
     /// Whether `ssao` reverses offsets that point behind the surface.
     pub ssao_normals: Toggle,
-    /// Whether `ssao` returns A^2 + A, as Crysis does, in place of A.
-    pub ssao_curve: Toggle,
+    /// Whether `ssao` returns A^2 + A, as Crysis does, in place of A. If it is `None`, [`Settings::curve`] derives it.
+    pub ssao_curve: Option<Toggle>,
     /// The texture format of ambient occlusion.
     pub ao_format: AoFormat,
     /// The texture format of the G-buffer's normals.
@@ -149,7 +149,7 @@ impl Default for Settings {
             ssao_rotation: SsaoRotation::default(),
             ssao_depth: SsaoDepth::default(),
             ssao_normals: Toggle::Off,
-            ssao_curve: Toggle::On,
+            ssao_curve: None,
             ao_format: AoFormat::default(),
             normal_format: NormalFormat::default(),
             depth_format: DepthFormat::default(),
@@ -216,6 +216,17 @@ impl Settings {
             }
             (None, MethodBlur::Gaussian | MethodBlur::None) => Ok(DepthSigma::Units(self.radius_units()? / 4.0)),
         }
+    }
+
+    /// Returns whether `ssao` returns A^2 + A. It is [`Settings::ssao_curve`] if that is set. Otherwise it is on, but
+    /// off with [`Settings::ssao_normals`]: the curve is made for flat surfaces, whose A is 0.5 without normals and 1
+    /// with them, and A^2 + A is 1 from A = 0.618 on.
+    #[must_use]
+    pub fn curve(&self) -> Toggle {
+        self.ssao_curve.unwrap_or(match self.ssao_normals {
+            Toggle::On => Toggle::Off,
+            Toggle::Off => Toggle::On,
+        })
     }
 
     /// Checks that every field is in its range.

@@ -334,6 +334,38 @@ mod repeatable {
     }
 
     #[test]
+    fn normals_turn_the_curve_of_ssao_off_unless_a_flag_or_a_file_gives_it() {
+        let folder = folder();
+        // Files of earlier versions hold both keys.
+        fs::write(folder.path().join("old.toml"), "method = \"ssao\"\nssao-normals = \"on\"\nssao-curve = \"on\"\n")
+            .unwrap();
+        fs::write(folder.path().join("new.toml"), "method = \"ssao\"\nssao-normals = \"on\"\n").unwrap();
+        let visibility = |arguments: &str| {
+            render(folder.path(), &format!("-o a.exr --show ao --ao-format r32f {arguments}"));
+            exr::read::<f32>(&folder.path().join("a.exr")).unwrap().texels
+        };
+        let off = visibility("--method ssao --ssao-normals on --ssao-curve off");
+        let on = visibility("--method ssao --ssao-normals on --ssao-curve on");
+        let open = |texels: &[f32]| texels.iter().filter(|&&a| a == 1.0).count();
+        assert!(2 * open(&off) < open(&on), "{} {} of {}", open(&off), open(&on), on.len());
+        for (arguments, expected) in [
+            ("--method ssao --ssao-normals on", &off),
+            ("--settings new.toml", &off),
+            ("--settings old.toml", &on),
+            ("--settings old.toml --ssao-curve off", &off),
+            ("--settings new.toml --ssao-curve on", &on),
+        ] {
+            let got = visibility(arguments);
+            assert!(got == *expected, "{arguments}");
+            // The image's own settings make it again.
+            assert!(visibility("--settings a.exr") == got, "{arguments}");
+        }
+        let without = visibility("--method ssao");
+        assert!(without == visibility("--method ssao --ssao-curve on"));
+        assert!(without != visibility("--method ssao --ssao-curve off"));
+    }
+
+    #[test]
     fn a_file_says_from_where_it_was_seen() {
         let folder = folder();
         render(folder.path(), "-o a.exr --eye -200,300,-600 --target 278,273,280 --fov-y 50 --near 1 --far 5000");
@@ -454,7 +486,12 @@ mod settings {
             let unread: Vec<_> = KNOBS.iter().filter(|knob| !method.reads(knob.name)).collect();
             let defaults = Settings::for_method(method);
             // A setting that is computed from others has no text of its own.
-            let value = |knob: &Knob| Some(knob.text(&defaults)).filter(|text| !text.is_empty()).unwrap_or("1".into());
+            let any = |knob: &Knob| match knob.kind {
+                Kind::Word(words) => words[0],
+                _ => "1",
+            };
+            let value =
+                |knob: &Knob| Some(knob.text(&defaults)).filter(|text| !text.is_empty()).unwrap_or(any(knob).into());
             let flags: String = unread.iter().map(|knob| format!(" --{}={}", knob.name, value(knob))).collect();
             let stderr = render(folder.path(), &format!("-o a.png --method {}{flags}", method.name()));
             let said: Vec<_> = effects(&stderr).iter().map(|line| line.split(" has no").next().unwrap()).collect();

@@ -5,6 +5,7 @@ mod rig;
 
 mod bench;
 mod cli;
+mod compare;
 mod hostile_commands;
 mod paper;
 mod refusals;

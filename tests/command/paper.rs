@@ -66,6 +66,7 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     assert!(of("png") > 30 && of("svg") > 6);
     assert_eq!(of("tmp"), 0, "a half-written file is left");
     commands_make_the_same_pictures(&page, &report);
+    what_a_rim_hides_is_open_to_ssao_alone(&page);
 
     let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();
     let claims = figures["claims"].as_array().unwrap();
@@ -98,6 +99,22 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
         assert!(said.contains(model) && page.contains(&format!("for want of {model}")), "{model}: {said}");
     }
     assert!(!page.contains("Dragon, "), "the page shows a model that is missing");
+}
+
+/// Figure 6.2.4 must show what it says. Seen from the floor, a thin rim and a solid block look the same, so their
+/// visibility differs only in a method that counts hidden points as open.
+fn what_a_rim_hides_is_open_to_ssao_alone(page: &str) {
+    let row = |scene: &str| -> [f64; 4] {
+        let cells = between(page, &format!("<th scope=\"row\">{scene}</th>"), "</tr>").next().unwrap().to_string();
+        let numbers: Vec<f64> =
+            between(&cells, "<td>", "</td>").map(|cell| cell.trim_end_matches(" %").parse().unwrap()).collect();
+        numbers.try_into().unwrap()
+    };
+    let [rim, block] = [row("pit behind a thin rim"), row("hole in a block")];
+    let [ssao, hbao, rays, hidden] = [0, 1, 2, 3].map(|i| rim[i] - block[i]);
+    assert!(ssao > 0.15 && hidden > 20.0, "{rim:?} {block:?}");
+    assert!(hbao.abs() < 0.02 && rays.abs() < 0.02, "{rim:?} {block:?}");
+    assert!(block[3] < 1.0 && rim[1] < rim[0] - 0.2, "{rim:?} {block:?}");
 }
 
 /// What the page says about float32 and the formats must be what the library measures, and within what is promised.

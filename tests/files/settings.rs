@@ -1,6 +1,6 @@
 //! Tests the range of every knob, and that its value survives a settings file.
 
-use hbao::settings::{Attenuation, KNOBS, Method, Radius, Settings, Snap};
+use hbao::settings::{Attenuation, KNOBS, Method, Radius, Settings, Snap, Toggle};
 
 #[test]
 fn defaults_are_in_range_and_survive_a_settings_file() {
@@ -53,6 +53,31 @@ fn a_settings_file_with_an_unknown_key_or_no_toml_says_which_line_or_key() {
     assert!(settings.read_toml("steps = 3\nradius = = 4").unwrap_err().starts_with("line 2: "));
     settings.read_toml("radius = '2%'\n[render]\neye = 3").unwrap();
     assert_eq!(settings.radius, Radius::Percent(2.0));
+}
+
+#[test]
+fn the_curve_of_ssao_is_off_with_normals_and_a_value_that_is_given_wins() {
+    let read = |text: &str| {
+        let mut settings = Settings::default();
+        settings.read_toml(text).unwrap();
+        let mut again = Settings::default();
+        again.read_toml(&settings.to_toml()).unwrap();
+        assert_eq!(again, settings);
+        settings.curve()
+    };
+    assert_eq!(read("ssao-normals = 'off'"), Toggle::On);
+    assert_eq!(read("ssao-normals = 'on'"), Toggle::Off);
+    for (given, curve) in [("on", Toggle::On), ("off", Toggle::Off)] {
+        for normals in ["on", "off"] {
+            assert_eq!(read(&format!("ssao-curve = '{given}'\nssao-normals = '{normals}'")), curve);
+            assert_eq!(read(&format!("ssao-normals = '{normals}'\nssao-curve = '{given}'")), curve);
+        }
+    }
+    for method in Method::ALL {
+        assert_eq!(Settings::for_method(*method).curve(), Toggle::On);
+        assert_eq!(Settings { ssao_normals: Toggle::On, ..Settings::for_method(*method) }.curve(), Toggle::Off);
+    }
+    Settings { ssao_normals: Toggle::On, ..Settings::default() }.validate().unwrap();
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The promises that hold for any content of a file. The tests check them on the corpus and its mutations, and so does
 //! the fuzzer.
 
-use hbao::image::{exr, png};
+use hbao::image::{exr, png, read_channels};
 use hbao::scene::Mesh;
 use hbao::settings::{KNOBS, Settings};
 use std::io::BufReader;
@@ -92,6 +92,7 @@ pub(crate) fn picture(path: &Path) -> bool {
         png::read::<[u8; 3]>(path).err(),
         exr::read::<f32>(path).err(),
         exr::read::<[f32; 3]>(path).err(),
+        read_channels(path).err(),
     ];
     for error in texts.into_iter().map(Result::err).chain(pixels).flatten() {
         assert!(!error.is_usage());

@@ -18,7 +18,7 @@ const ROTATIONS: [SsaoRotation; 2] = [SsaoRotation::Matrix, SsaoRotation::Mirror
 
 /// The accessibility itself, without the curve and the blur, in float.
 fn plain() -> Settings {
-    Settings { method: Method::Ssao, ssao_curve: Toggle::Off, msaa: 1, blur: 0, ..rig::float_settings(1.0) }
+    Settings { method: Method::Ssao, ssao_curve: Some(Toggle::Off), msaa: 1, blur: 0, ..rig::float_settings(1.0) }
 }
 
 /// A surface with normals that face the eye; a caller may replace them.
@@ -61,7 +61,7 @@ fn half_the_samples_about_a_flat_wall_are_open_and_three_quarters_after_the_curv
         let wall = heights(projection, SIZE, |_, _| 7.3);
         for settings in variants().into_iter().filter(|s| s.ssao_normals == Toggle::Off) {
             holds_everywhere(&wall, &settings, 0.5);
-            let curve = Settings { ssao_curve: Toggle::On, ..settings };
+            let curve = Settings { ssao_curve: Some(Toggle::On), ..settings };
             holds_everywhere(&wall, &curve, 0.75);
         }
     }
@@ -74,6 +74,19 @@ fn with_normals_a_wall_that_faces_the_camera_is_open() {
         for settings in variants().into_iter().filter(|s| s.ssao_normals == Toggle::On) {
             holds_everywhere(&wall, &settings, 1.0);
         }
+    }
+}
+
+/// A^2 + A is 1 from A = 0.618 on, so that with it surfaces that are little occluded would all be white.
+#[test]
+fn with_normals_the_curve_is_off_unless_it_is_given() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let view = rubble(SIZE, perspective(60.0, SIZE), 12, 4.0..8.0);
+    let with = |ssao_curve| Settings { ssao_normals: Toggle::On, ssao_curve, ..plain() };
+    let [by_default, off, on] =
+        [None, Some(Toggle::Off), Some(Toggle::On)].map(|curve| view.by_both(context.gl(), &with(curve)));
+    for (((who, got), (_, off)), (_, on)) in by_default.iter().zip(&off).zip(&on) {
+        assert!(got == off && got != on, "{who}");
     }
 }
 
@@ -392,7 +405,7 @@ fn radius_directions_steps_and_strength_change_nothing() {
 fn extremes_stay_finite_within_0_and_1_and_match_the_twin() {
     let context = Context::open(Backend::Egl).unwrap();
     let mut variants = variants();
-    variants.extend(variants.clone().into_iter().map(|s| Settings { ssao_curve: Toggle::On, ..s }));
+    variants.extend(variants.clone().into_iter().map(|s| Settings { ssao_curve: Some(Toggle::On), ..s }));
     let mut next = variants.iter().cycle();
     for size in [(1, 1), (1, 7), (7, 1), (2, 3), (97, 1), (1, 61), (53, 31)] {
         let projections =

@@ -92,7 +92,7 @@ fn cases() -> Vec<Case> {
             ssao_rotation: *later.one(&[SsaoRotation::Matrix, SsaoRotation::Mirror]),
             ssao_depth: *later.one(&[SsaoDepth::Full, SsaoDepth::Half]),
             ssao_normals: *later.one(&[Toggle::Off, Toggle::On]),
-            ssao_curve: *later.one(&[Toggle::Off, Toggle::On]),
+            ssao_curve: *later.one(&[None, Some(Toggle::Off), Some(Toggle::On)]),
         };
         // The twin takes time in proportion to the number of samples.
         let size = if settings.method.samples(&settings) > 300 { (33, 21) } else { SIZE };
@@ -350,7 +350,7 @@ fn random_heights_match_the_twin_under_every_variant_of_ssao() {
                         ssao_rotation,
                         ssao_depth,
                         ssao_normals,
-                        ssao_curve: Toggle::Off,
+                        ssao_curve: Some(Toggle::Off),
                         blur: 0,
                         ..rig::float_settings(2.0)
                     };

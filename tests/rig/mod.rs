@@ -174,7 +174,13 @@ pub fn every_switch() -> Vec<Settings> {
         Settings { half_res: true, blur: 0, ..base(400.0) },
         ssao(),
         Settings { ssao_samples: 8, ssao_rotation: SsaoRotation::Mirror, ssao_depth: SsaoDepth::Half, ..ssao() },
-        Settings { ssao_samples: 24, ssao_normals: Toggle::On, ssao_curve: Toggle::Off, half_res: true, ..ssao() },
+        Settings {
+            ssao_samples: 24,
+            ssao_normals: Toggle::On,
+            ssao_curve: Some(Toggle::Off),
+            half_res: true,
+            ..ssao()
+        },
         Settings { ssao_normals: Toggle::On, ssao_depth: SsaoDepth::Half, jitter: Jitter::None, blur: 0, ..ssao() },
         Settings { exit: Exit::Shorten, steps: 24, ..base(100.0) },
         Settings { exit: Exit::Shorten, steps: 40, half_res: true, ..method(Method::Crease, 100.0) },

@@ -266,7 +266,7 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
             ssao_rotation,
             ssao_depth,
             ssao_normals,
-            ssao_curve,
+            ssao_curve: Some(ssao_curve),
             ao_format: AoFormat::R32f,
             normal_format,
             depth_format: DepthFormat::R32f,

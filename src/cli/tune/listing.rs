@@ -51,7 +51,7 @@ pub(super) fn json(tried: &Tried, requirements: &Requirements) -> serde_json::Va
         ("edges", s.edges.name().into()),
         ("ssao_depth", s.ssao_depth.name().into()),
         ("ssao_normals", s.ssao_normals.name().into()),
-        ("ssao_curve", s.ssao_curve.name().into()),
+        ("ssao_curve", s.curve().name().into()),
         ("ms", tried.ms().into()),
         ("runs", tried.times.len().into()),
         ("ms_min", timed.then_some(low).into()),

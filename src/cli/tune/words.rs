@@ -64,7 +64,7 @@ pub(super) fn described(settings: &Settings, edges: bool) -> String {
         (reads("edges") && edges && s.edges == Edges::Off && s.blur > 0, "edges off"),
         (s.method.facts().blur == MethodBlur::Crysis && s.blur == 0, "no blur"),
         (reads("ssao-normals") && s.ssao_normals == Toggle::On, "normals"),
-        (reads("ssao-curve") && s.ssao_curve == Toggle::Off, "no curve"),
+        (reads("ssao-curve") && s.curve() == Toggle::Off, "no curve"),
         (reads("ssao-depth") && s.ssao_depth == SsaoDepth::Half, "half depth"),
     ] {
         if applies {

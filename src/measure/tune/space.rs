@@ -79,11 +79,10 @@ impl Space {
             }
         }
         for ssao_samples in choices("ssao-samples") {
-            for (ssao_normals, ssao_curve) in
-                [Toggle::Off, Toggle::On].map(|n| [(n, Toggle::On), (n, Toggle::Off)]).concat()
+            for (ssao_normals, curve) in [Toggle::Off, Toggle::On].map(|n| [(n, Toggle::On), (n, Toggle::Off)]).concat()
             {
                 let of = Settings::for_method(Method::Ssao);
-                all.push(Settings { ssao_samples, ssao_normals, ssao_curve, ..of });
+                all.push(Settings { ssao_samples, ssao_normals, ssao_curve: Some(curve), ..of });
             }
         }
         all
@@ -112,8 +111,10 @@ impl Space {
         all.push(Settings { depth_format: DepthFormat::R16f, ..s.clone() });
         if s.method.reads("ssao-samples") {
             all.extend(choices("ssao-samples").map(|ssao_samples| Settings { ssao_samples, ..s.clone() }));
-            all.push(Settings { ssao_normals: other(s.ssao_normals), ..s.clone() });
-            all.push(Settings { ssao_curve: other(s.ssao_curve), ..s.clone() });
+            // The curve stays as it is when the normals are turned on or off.
+            let ssao_curve = Some(s.curve());
+            all.push(Settings { ssao_normals: other(s.ssao_normals), ssao_curve, ..s.clone() });
+            all.push(Settings { ssao_curve: Some(other(s.curve())), ..s.clone() });
             all.push(Settings { ssao_depth: SsaoDepth::Half, ..s.clone() });
         }
         if wide {
@@ -150,7 +151,7 @@ fn next_to(name: &str, settings: &Settings) -> Vec<u32> {
 /// Returns the values of the settings that determine the image, as one text. Combinations that render the same image
 /// have the same text.
 pub(super) fn key(settings: &Settings) -> String {
-    let s = settings;
+    let s = &Settings { ssao_curve: Some(settings.curve()), ..settings.clone() };
     // If no method draws, visibility is 1 everywhere, whatever the formats are.
     let matters = |knob: &str| s.idle(knob).is_none() && (s.method.computes() || !knob.ends_with("-format"));
     let values = KNOBS.iter().filter(|knob| matters(knob.name)).map(|knob| knob.text(s));
@@ -278,6 +279,11 @@ mod tests {
         assert!(!alike(base.clone(), Settings { edges: Edges::Off, ..base.clone() }));
         let ssao = Settings::for_method(Method::Ssao);
         assert!(alike(ssao.clone(), Settings { blur: 21, directions: 3, ..ssao.clone() }));
-        assert!(!alike(ssao.clone(), Settings { blur: 0, ..ssao }));
+        assert!(!alike(ssao.clone(), Settings { blur: 0, ..ssao.clone() }));
+        // What follows from another setting is the same as what is given.
+        assert!(alike(ssao.clone(), Settings { ssao_curve: Some(Toggle::On), ..ssao.clone() }));
+        let normals = Settings { ssao_normals: Toggle::On, ..ssao };
+        assert!(alike(normals.clone(), Settings { ssao_curve: Some(Toggle::Off), ..normals.clone() }));
+        assert!(!alike(normals.clone(), Settings { ssao_curve: Some(Toggle::On), ..normals }));
     }
 }

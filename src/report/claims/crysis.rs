@@ -3,15 +3,12 @@
 use super::jitter_noise::noise;
 use super::test::Test;
 use crate::report::claim::{Claim, at_least, at_most, decimal, percent, steps};
-use crate::report::figures::open_share;
+use crate::report::figures::{hidden_points, open_share};
 use crate::report::lab::{Lab, compare};
 use crate::report::measures::Measures;
 use crate::report::scenes;
-use glam::DVec3;
 use hbao::image::Image;
-use hbao::reference::anatomy::Anatomy;
-use hbao::reference::trace::Tracer;
-use hbao::scene::{Camera, Projection};
+use hbao::scene::Projection;
 use hbao::settings::Method;
 use hbao::{Error, Pipeline, Request, Settings, size_limit};
 
@@ -65,34 +62,20 @@ fn pattern_vanishes(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     })
 }
 
-/// Converts a point from eye space to world space.
-fn to_world(camera: &Camera, p: DVec3) -> DVec3 {
-    camera.eye + p.x * camera.right + p.y * camera.up + p.z * camera.forward
-}
-
 fn hidden_points_are_open(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     const PIXELS: usize = 4000;
     let bound = at_least(0.01, 0.001);
-    let pit = scenes::pit()?;
+    let pit = scenes::pit(lab.size, false)?;
     let mut found = Vec::new();
     for subject in lab.data_sets().into_iter().chain([&pit]) {
         let settings = subject.exact(Method::Ssao);
-        let camera = subject.camera(lab.size)?;
         let seen = lab.see(subject, lab.size, &settings)?;
-        let inputs = seen.inputs();
-        let twin = Anatomy::new(&inputs, &settings)?;
-        let tracer = Tracer::new(&subject.mesh);
-        let (mut open, mut hidden) = (0usize, 0usize);
-        for pixel in seen.some_covered(PIXELS) {
-            let (Some(p), Some(points)) = (twin.position(pixel), twin.points(pixel)) else { continue };
-            let p = to_world(&camera, p);
-            for (point, _) in points.iter().filter(|(_, open)| *open) {
-                open += 1;
-                // The ray goes from the point to P, but stops short of P, which lies on a surface.
-                let from = to_world(&camera, *point);
-                hidden += usize::from(tracer.nearest(from, p - from, 0.0..=0.999).is_some());
-            }
-        }
+        let pixels = if subject.key == pit.key {
+            seen.pixels_where(&subject.camera(lab.size)?, scenes::on_floor_of_pit)
+        } else {
+            seen.some_covered(PIXELS)
+        };
+        let (hidden, open) = hidden_points(&seen, subject, lab.size, &settings, &pixels)?;
         let share = hidden as f64 / open.max(1) as f64;
         let text = format!("{} of {open} points in front of the height field are hidden from P", percent(share));
         found.push(bound.found(&subject.name, share, text));
@@ -104,7 +87,10 @@ fn hidden_points_are_open(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         found,
         rule: bound
             .rule("the share of open samples that a ray from P does not reach", |share| format!("{} %", share * 100.0)),
-        note: format!("The method's own sample points at {PIXELS} random pixels, by rays on the triangles."),
+        note: format!(
+            "The method's own sample points at {PIXELS} random pixels, and in the pit at all pixels of the floor inside the \
+             rim, by rays on the triangles."
+        ),
         ..Claim::default()
     })
 }

@@ -27,7 +27,7 @@ pub(super) fn game_scene(lab: &Lab) -> Result<Figure, Error> {
 /// Returns the share of the space around a point in the middle of a fold that `ssao` finds to be free, before the curve
 /// and the blur.
 pub(in crate::report) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64, Error> {
-    let settings = Settings { ssao_curve: Toggle::Off, blur: 0, ..subject.exact(Method::Ssao) };
+    let settings = Settings { ssao_curve: Some(Toggle::Off), blur: 0, ..subject.exact(Method::Ssao) };
     let image = lab.ao(subject, &settings)?;
     // Of the 4x4 pixels around the middle, each uses another texel of the rotation tile.
     let (x, y) = (image.width / 2, image.height / 2);
@@ -38,7 +38,7 @@ pub(in crate::report) fn open_share(lab: &Lab, subject: &Subject) -> Result<f64,
 pub(super) fn scenarios(lab: &Lab) -> Result<Figure, Error> {
     let (mut pictures, mut rows) = (Vec::new(), Vec::new());
     for (subject, solid) in &scenes::folds(lab.size)? {
-        let settings = Settings { ssao_curve: Toggle::Off, ..subject.settings(Method::Ssao) };
+        let settings = Settings { ssao_curve: Some(Toggle::Off), ..subject.settings(Method::Ssao) };
         let caption = format!("{}: open share, without the curve A^2 + A", subject.name);
         let file = format!("6.1.4-{}", subject.key);
         pictures.push(picture(lab, subject, lab.small(), &settings, &AO, &file, &caption)?);
@@ -65,7 +65,8 @@ pub(super) fn edges(lab: &Lab) -> Result<Figure, Error> {
         title: "Edges brighter than the faces they join".into(),
         text:
             "The paper leaves them so, since they help to recognize shapes. With normals, which it proposes as future \
-               work, half of the samples are no longer behind the surface, and flat faces are open."
+               work, half of the samples are no longer behind the surface, and flat faces are open. The curve A^2 + A is \
+               off then, since with it everything from A = 0.618 on would be white."
                 .into(),
         pictures: vec![
             picture(lab, subject, lab.size, &brighter, &AO, "6.1.5", "ssao as in Crysis")?,

@@ -1,4 +1,4 @@
-//! The figures of ShaderX7 6.2 on the method itself: attenuation, hidden samples and snapped directions.
+//! The figures of ShaderX7 6.2 on the method itself: attenuation and snapped directions.
 
 use super::picture::picture;
 use crate::picture::{AO, COLOR, FINAL};
@@ -7,7 +7,7 @@ use crate::report::figure::{Drawing, Figure};
 use crate::report::lab::Lab;
 use crate::report::scenes;
 use hbao::reference::anatomy::Anatomy;
-use hbao::settings::{Attenuation, Method, Radius, Snap, Toggle};
+use hbao::settings::{Attenuation, Method, Radius, Snap};
 use hbao::{Error, Settings};
 
 pub(super) fn first_picture(lab: &Lab) -> Result<Figure, Error> {
@@ -39,33 +39,6 @@ pub(super) fn attenuation(lab: &Lab) -> Result<Figure, Error> {
             picture(lab, subject, lab.size, &without, &AO, "6.2.3-without", "without: W = 1")?,
             picture(lab, subject, lab.size, &with, &AO, "6.2.3-with", "with: W = 1 - (r/R)^2")?,
         ],
-        ..Figure::default()
-    })
-}
-
-pub(super) fn hidden_sample(lab: &Lab) -> Result<Figure, Error> {
-    let pit = scenes::pit()?;
-    let size = lab.small();
-    let methods = [
-        (Method::Ssao, "ssao: points above the rim's far side count as open"),
-        (Method::Hbao, "hbao: the horizon stays at the rim"),
-    ];
-    let pictures = methods
-        .map(|(method, caption)| {
-            let settings = Settings { ssao_normals: Toggle::On, ..pit.settings(method) };
-            picture(lab, &pit, size, &settings, &AO, &format!("6.2.4-{}", method.name()), caption)
-        })
-        .into_iter()
-        .collect::<Result<_, _>>()?;
-    Ok(Figure {
-        id: "6.2.4".into(),
-        title: "Above the height field, and hidden all the same".into(),
-        text: "A floor seen from above, with a square rim upright on it. What lies over the floor outside the rim is in \
-               front of the depth image's surface, but the rim hides it from the floor inside. Crysis' method (here with \
-               normals, so that flat surfaces are open) finds the floor inside open but next to the rim; the horizon does \
-               not. The claim on hidden points counts them."
-            .into(),
-        pictures,
         ..Figure::default()
     })
 }

@@ -3,6 +3,7 @@
 mod creases;
 mod crysis;
 mod edges;
+mod hidden;
 mod horizon;
 mod picture;
 mod results;
@@ -12,6 +13,7 @@ use super::lab::Lab;
 use hbao::Error;
 
 pub(super) use crysis::open_share;
+pub(super) use hidden::hidden_points;
 pub(super) use picture::{detail, grey};
 
 /// Makes one figure.
@@ -26,7 +28,7 @@ pub(super) const ALL: [Make; 16] = [
     crysis::blur,
     horizon::first_picture,
     horizon::attenuation,
-    horizon::hidden_sample,
+    hidden::hidden_sample,
     horizon::snapped_directions,
     creases::low_tessellation,
     creases::angle_bias,
