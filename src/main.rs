@@ -23,7 +23,7 @@ fn main() -> ExitCode {
     match cli::run(std::env::args_os()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            terminal::say(&error.to_string());
+            terminal::report_error(&error.to_string());
             ExitCode::from(if error.is_usage() { 2 } else { 1 })
         }
     }

@@ -1,7 +1,7 @@
 //! The images of a rendering that can be written to files, with one row of facts for each. `--show`, `--dump`, their
 //! help texts and the notices about flags without effect are all made from these rows.
 
-use hbao::image::{Image, exr, png};
+use hbao::image::{Image, Outputs, exr, png};
 use hbao::settings::{MethodBlur, Settings};
 use hbao::{Apply, Error, Pipeline, Request, rotation_tile};
 use std::path::Path;
@@ -194,12 +194,17 @@ pub(crate) enum FileFormat {
 }
 
 impl FileFormat {
-    /// Returns the format that belongs to the extension of the file's name.
+    /// Returns the format that belongs to the extension of the file's name. A path with another name, or with
+    /// none, is PNG if it leads to standard output, a pipe or a device.
     pub(crate) fn of(path: &Path) -> Result<FileFormat, Error> {
         match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
             Some("png") => Ok(FileFormat::Png),
             Some("exr") => Ok(FileFormat::Exr),
-            _ => Err(Error::Usage(format!("--output {}: its name must end in .png or .exr", path.display()))),
+            _ if Outputs::is_stream(path) => Ok(FileFormat::Png),
+            _ => Err(Error::Usage(format!(
+                "--output {}: its name must end in .png or .exr, or be - for a PNG on standard output",
+                path.display()
+            ))),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `hbao bench`: measures Table 6.2.1, Figure 1 of the talk and the cost of Crysis on this machine, and how costs grow.
 
 use super::flags::{self, Flags, Opened};
-use super::session::open_context;
+use super::session::{open_context, samples_given};
 use super::unmeant;
 use crate::report::json;
 use crate::report::tables::bench::{self, SERIES, growths};
@@ -165,9 +165,7 @@ fn read_groups(only: Option<&str>) -> Result<Vec<Group>, Error> {
 /// Returns a line for each thing that the driver could not do as asked.
 fn notices_of(one: &Measurement) -> Vec<String> {
     let mut notices = one.notices.clone();
-    if one.samples != one.case.settings.msaa {
-        notices.push(format!("msaa: asked for {}, given {}", one.case.settings.msaa, one.samples));
-    }
+    notices.extend(samples_given(one.case.settings.msaa, one.samples));
     notices
 }
 

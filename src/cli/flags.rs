@@ -3,15 +3,17 @@
 //! clap accepts every value as text, and this module converts the text. In this way each message is one line that names
 //! the flag and the values it accepts, and a value may begin with a minus.
 
-use clap::{Arg, ArgMatches, value_parser};
+use crate::picture::FileFormat;
+use crate::terminal::keep_stdout_for_a_file;
+use clap::{Arg, ArgAction, ArgMatches, value_parser};
 use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
-use hbao::image::{exr, png};
+use hbao::image::{Outputs, exr, metadata, png};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, MethodBlur, Radius, Settings};
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{ErrorKind, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
 
 /// The longest settings file that is read, in bytes. Real ones are far shorter; a device such as /dev/zero has no end.
@@ -21,6 +23,10 @@ const TOO_LONG: &str = "too long for settings: more than 1 MiB";
 
 /// The name of a method that is not implemented yet. The command knows the name in order to report this.
 const TO_COME: &str = "hbao-view";
+
+/// The help of the flag for an image to write.
+pub(crate) const IMAGE_HELP: &str =
+    "The image to write, OUT.png or OUT.exr, which holds floats; - writes a PNG to standard output";
 
 /// The values of the shared flags, as they were read from the command line.
 pub(crate) struct Flags {
@@ -56,23 +62,50 @@ fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> A
     valued(name, value, help).allow_hyphen_values(true)
 }
 
-/// Returns the path that a flag gives, if the flag was given. The path must have the extension `wanted`, or name a
-/// device or pipe such as /dev/stdout. In this way no model or settings file is overwritten by mistake.
+/// Returns the path that a flag gives, if the flag was given. The path must have the extension `wanted`, or be `-` for
+/// standard output, or lead to a device or pipe. In this way no model or settings file is overwritten by mistake.
 pub(crate) fn path_of(matches: &ArgMatches, name: &str, wanted: &str) -> Result<Option<PathBuf>, Error> {
     let Some(path) = matches.get_one::<PathBuf>(name) else { return Ok(None) };
     let right = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
-    let stream = std::fs::metadata(path).is_ok_and(|existing| !existing.is_file() && !existing.is_dir());
-    if !right && !stream {
+    if !right && !Outputs::is_stream(path) {
         return Err(Error::Usage(format!("--{name} {}: its name must end in .{wanted}", path.display())));
     }
+    if Outputs::is_standard_output(path) {
+        keep_stdout_for_a_file();
+    }
     Ok(Some(path.clone()))
+}
+
+/// Reads the value of `--output` for an image. Its format follows from its name.
+pub(crate) fn read_image_output(matches: &ArgMatches) -> Result<(PathBuf, FileFormat), Error> {
+    let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
+    let format = FileFormat::of(&output)?;
+    if Outputs::is_standard_output(&output) {
+        if std::io::stdout().is_terminal() {
+            let what = "standard output is a terminal, which cannot show an image: redirect it, as in -o - > a.png";
+            return Err(Error::Usage(format!("--output {}: {what}", output.display())));
+        }
+        keep_stdout_for_a_file();
+    }
+    Ok((output, format))
+}
+
+/// Makes the flag `--no-metadata`.
+pub(crate) fn no_metadata() -> Arg {
+    let arg = Arg::new("no-metadata").long("no-metadata").action(ArgAction::SetTrue).help_heading("Output");
+    arg.help("Leave the settings and the program's name out of the images")
+}
+
+/// Returns the pairs of keyword and text that each image stores: none with `--no-metadata`.
+pub(crate) fn stored_text<'a>(matches: &ArgMatches, origin: &'a str) -> Vec<(&'static str, &'a str)> {
+    if matches.get_flag("no-metadata") { Vec::new() } else { metadata(origin).into() }
 }
 
 /// Reads the value of `--runs`.
 pub(crate) fn read_runs(matches: &ArgMatches, default: usize) -> Result<usize, Error> {
     let Some(text) = text(matches, "runs") else { return Ok(default) };
     let runs = text.parse().ok().filter(|runs| (1..=1000).contains(runs));
-    runs.ok_or_else(|| Error::Usage(format!("--runs: '{text}' is no whole number from 1 to 1000")))
+    runs.ok_or_else(|| Error::Usage(format!("--runs: '{text}' is not a whole number from 1 to 1000")))
 }
 
 /// Makes a flag that takes a path.
@@ -114,7 +147,7 @@ pub(crate) fn arguments() -> Vec<Arg> {
 
 /// Makes the flag `--size`.
 pub(crate) fn size_argument() -> Arg {
-    valued(
+    signed(
         "size",
         "WxH",
         "Width and height of the image in pixels [each from 1 to the driver's limit; default: 1600x1200]",
@@ -148,7 +181,7 @@ pub(crate) fn truth_rays() -> Arg {
 pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
     let Some(text) = text(matches, "truth-rays") else { return Ok(256) };
     let rays = text.trim().parse().ok().filter(|rays: &u32| (2..=65536).contains(rays) && rays.is_multiple_of(2));
-    rays.ok_or_else(|| Error::Usage(format!("--truth-rays: '{text}' is no even number from 2 to 65536")))
+    rays.ok_or_else(|| Error::Usage(format!("--truth-rays: '{text}' is not an even number from 2 to 65536")))
 }
 
 /// Returns the methods whose default for this setting differs from that of the default method, each with its own
@@ -223,7 +256,7 @@ impl Flags {
         let settings = self.settings(Settings { radius, ..own })?;
         if matches!(settings.radius, Radius::Percent(_)) && scene.mesh.diagonal() == 0.0 {
             let what =
-                "all its points coincide, so a radius in percent of its size is none: give --radius in scene units";
+                "all its points coincide, so a radius in percent of its size would be 0: give --radius in scene units";
             return Err(Error::Input { path: self.scene.clone().into(), what: what.into() });
         }
         let (camera, notices) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
@@ -251,7 +284,10 @@ impl Flags {
         let mut render = toml::Table::new();
         let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
         put("version", env!("CARGO_PKG_VERSION").into());
-        put("scene", self.scene.clone().into());
+        // The name alone: the same scene in another folder gives the same file, and the file does not tell the folder.
+        let scene = Path::new(&self.scene);
+        let name = scene.file_name().unwrap_or(scene.as_os_str());
+        put("scene", name.to_string_lossy().into_owned().into());
         put("size", vec![i64::from(self.size.0), i64::from(self.size.1)].into());
         put("eye", numbers(camera.eye));
         put("target", numbers(camera.eye + camera.far * camera.forward));
@@ -299,7 +335,7 @@ pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Resu
     let found = names.iter().find(|(name, _)| *name == text);
     found.map(|&(_, value)| value).ok_or_else(|| {
         let names: Vec<_> = names.iter().map(|&(name, _)| name).collect();
-        Error::Usage(format!("--{flag}: '{text}' is none of {}", names.join(", ")))
+        Error::Usage(format!("--{flag}: '{text}' is not one of {}", names.join(", ")))
     })
 }
 
@@ -310,7 +346,7 @@ pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
 
 fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
     let Some(text) = text(matches, name) else { return Ok(None) };
-    text.trim().parse().map(Some).map_err(|_| Error::Usage(format!("--{name}: '{text}' is no number")))
+    text.trim().parse().map(Some).map_err(|_| Error::Usage(format!("--{name}: '{text}' is not a number")))
 }
 
 fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
@@ -318,7 +354,9 @@ fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     match numbers.as_deref() {
         Ok(&[x, y, z]) => Ok(Some(DVec3::new(x, y, z))),
-        _ => Err(Error::Usage(format!("--{name}: '{text}' is not X,Y,Z, three numbers such as 0,1.5,-3"))),
+        _ => Err(Error::Usage(format!(
+            "--{name}: '{text}' is not X,Y,Z, three numbers separated by commas, such as 0,1.5,-3"
+        ))),
     }
 }
 
@@ -332,6 +370,14 @@ fn size(text: &str) -> Result<(u32, u32), Error> {
 
 fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     let refused = |what: String| Error::Input { path: path.into(), what };
+    let unreadable = |what: String| refused(format!("{what}: give a TOML file, or a PNG or EXR that hbao wrote"));
+    let cannot = |e: std::io::Error| unreadable(format!("it cannot be read, {}", e.kind()));
+    match std::fs::metadata(path) {
+        Ok(found) if found.is_dir() => return Err(unreadable("it is a folder".into())),
+        Ok(_) => {}
+        Err(e) if e.kind() == ErrorKind::NotFound => return Err(unreadable("no such file".into())),
+        Err(e) => return Err(cannot(e)),
+    }
     // An image that hbao wrote holds the settings that it was made with.
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let texts = match extension.as_deref() {
@@ -348,8 +394,8 @@ fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
         return Ok((path.into(), text));
     }
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|e| refused(e.to_string()))?;
-    file.take(LONGEST_SETTINGS + 1).read_to_end(&mut bytes).map_err(|e| refused(e.to_string()))?;
+    let file = File::open(path).map_err(cannot)?;
+    file.take(LONGEST_SETTINGS + 1).read_to_end(&mut bytes).map_err(cannot)?;
     if bytes.len() as u64 > LONGEST_SETTINGS {
         return Err(refused(TOO_LONG.into()));
     }

@@ -4,6 +4,7 @@
 
 mod bench;
 mod compare;
+mod completions;
 mod flags;
 mod folder;
 mod info;
@@ -16,21 +17,35 @@ mod tune;
 mod unmeant;
 mod usage;
 
-use crate::terminal::print;
-use clap::Command;
+use crate::terminal::{be_quiet, print};
 use clap::error::ErrorKind;
+use clap::{Arg, ArgAction, Command};
 use hbao::Error;
 use std::ffi::OsString;
 
 /// Runs the command line. The first argument is the program's name.
 pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error> {
-    let matches = match command().try_get_matches_from(arguments) {
+    let arguments: Vec<OsString> = arguments.collect();
+    if let Some(what) = usage::one_dash(&command(), &arguments) {
+        return Err(Error::Usage(what));
+    }
+    let matches = match command().try_get_matches_from(&arguments) {
         Ok(matches) => matches,
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             return print(&error.to_string());
         }
-        Err(error) => return Err(Error::Usage(usage::one_line(&error))),
+        Err(error) => {
+            // `hbao` alone shows what there is to type. It is wrong usage all the same, so that a script whose
+            // subcommand is empty does not succeed.
+            if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+                print(&error.to_string())?;
+            }
+            return Err(Error::Usage(usage::one_line(&error, &command(), &arguments)));
+        }
     };
+    if matches.subcommand().is_some_and(|(_, matches)| matches.get_flag("quiet")) {
+        be_quiet();
+    }
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
         Some(("truth", matches)) => truth::run(matches),
@@ -40,6 +55,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("paper", matches)) => paper::run(matches),
         Some(("compare", matches)) => compare::run(matches),
         Some(("info", _)) => info::run(),
+        Some(("completions", matches)) => completions::run(matches, command()),
         // clap accepts no other subcommand.
         _ => Err(Error::Usage("no command given: see hbao --help".into())),
     }
@@ -47,11 +63,16 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
 
 /// Makes the description of the whole command line.
 fn command() -> Command {
+    let quiet = Arg::new("quiet").long("quiet").action(ArgAction::SetTrue).global(true);
+    let quiet = quiet.help("Print no notices and no progress; results and errors are printed all the same");
     Command::new("hbao")
         .version(env!("CARGO_PKG_VERSION"))
         .about("The screen-space ambient occlusion of 2008, on OpenGL 3.3")
         .subcommand_required(true)
-        .disable_help_subcommand(true)
+        .arg_required_else_help(true)
+        // Of a flag that is given twice the last value counts, so that a script can append flags to its own.
+        .args_override_self(true)
+        .arg(quiet)
         .subcommand(render::command())
         .subcommand(truth::command())
         .subcommand(trade::command())
@@ -60,4 +81,5 @@ fn command() -> Command {
         .subcommand(paper::command())
         .subcommand(compare::command())
         .subcommand(info::command())
+        .subcommand(completions::command())
 }

@@ -55,7 +55,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let runs = flags::read_runs(matches, 3)?;
     let backend = flags::read_backend(matches)?;
     if let Some(models) = models.as_ref().filter(|models| !models.is_dir()) {
-        return Err(Error::Usage(format!("--models {}: no such folder", models.display())));
+        let what = "no such folder: give --models the folder that holds the papers' models, or leave it out";
+        return Err(Error::Input { path: models.clone(), what: what.into() });
     }
     {
         // The folder is removed again at once, so that an interrupt in the minutes to come leaves no empty folder.

@@ -2,13 +2,13 @@
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
-use super::session::open_context;
+use super::session::{open_context, samples_given};
 use super::unmeant;
 use crate::picture::{self, FileFormat, ImageKind};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
-use hbao::image::{Outputs, metadata};
+use hbao::image::Outputs;
 use hbao::measure::Reach;
 use hbao::scene::{Camera, Mesh};
 use hbao::settings::Settings;
@@ -19,15 +19,16 @@ use std::path::PathBuf;
 const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
 const EXPLANATION: &str = "\
-Each file also holds the settings that it was made with: a PNG in the text chunk 'hbao', an EXR in the attribute 'hbao'.
---settings reads them back.
+Each image also holds the settings that it was made with: a PNG in the text chunk 'hbao', an EXR in the attribute 'hbao'.
+--settings reads them back. Of the scene's path they hold the file's name alone. --no-metadata leaves them out.
 
 Examples:
   hbao render -o cornell.png
   hbao render -o ao.exr --show ao --size 800x600 --radius 80 --directions 16 --steps 16
   hbao render -o left.png --eye -200,300,-600 --target 278,273,280 --fov-y 50
   hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
-  hbao render -o final.png --dump images --timings times.json";
+  hbao render -o final.png --dump images --timings times.json
+  hbao render -o - > cornell.png";
 
 /// Makes the verb's flags.
 pub(crate) fn command() -> Command {
@@ -35,11 +36,12 @@ pub(crate) fn command() -> Command {
     let applies = APPLY.map(|(name, _)| name).join(", ");
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
     let outputs = [
-        output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.png or OUT.exr"),
+        output.value_parser(value_parser!(PathBuf)).help(flags::IMAGE_HELP),
         flags::valued("show", "IMAGE", format!("The image that is written to OUT [{shows}; default: final]")),
         flags::valued("apply", "PART", format!("The light that ambient occlusion darkens [{applies}; default: all]")),
         flags::path("dump", "DIR", "Write every intermediate image into this folder, which is created if needed"),
         flags::path("timings", "FILE.json", "Write the time of each pass in milliseconds"),
+        flags::no_metadata(),
     ];
     Command::new("render")
         .about("Render a scene with ambient occlusion")
@@ -81,12 +83,12 @@ impl Wanted {
     fn read(matches: &ArgMatches) -> Result<Wanted, Error> {
         // Removes a trailing separator or dot, which does not change the folder that a path names.
         let folder = |path: &PathBuf| path.components().collect::<PathBuf>();
-        let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
+        let (output, format) = flags::read_image_output(matches)?;
         let names: Vec<_> = picture::names().map(|(name, image)| (name, (name, image))).collect();
         let (shown, show) = flags::word("show", flags::text(matches, "show").unwrap_or("final"), &names)?;
         Ok(Wanted {
-            format: FileFormat::of(&output)?,
             output,
+            format,
             show,
             shown,
             apply: flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?,
@@ -163,10 +165,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
-    // If the driver gives the default number of samples, and no flag asked for a number, there is nothing to report.
-    if flags.knobs_given().any(|flag| flag == "msaa") || pipeline.samples() != settings.msaa {
-        say(&format!("msaa: asked for {}, given {}", settings.msaa, pipeline.samples()));
-    }
+    samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
     let mut times = pipeline.render(&scene.mesh, &camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
@@ -176,7 +175,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     unmeant(&pipeline, &scene.mesh, &camera, &resolved, &told)?.iter().for_each(|notice| say(notice));
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
-    let text = metadata(&origin);
+    let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.
     let encode = |image: &ImageKind, format| image.encode(&pipeline, &resolved, format, &text);

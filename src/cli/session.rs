@@ -41,6 +41,13 @@ pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced
     Ok(traced)
 }
 
+/// Returns the notice that the driver gives another number of samples per pixel than `--msaa`, or its default, asks for.
+/// `None` if it gives as many.
+pub(crate) fn samples_given(asked: u32, given: u32) -> Option<String> {
+    let samples = if given == 1 { "sample" } else { "samples" };
+    (given != asked).then(|| format!("the driver gives {given} {samples} per pixel, not the {asked} of --msaa"))
+}
+
 /// Returns the notice that a setting has no effect on `on`, the name of a thing that depends only on the radius and the
 /// attenuation. The notice for `--method` names the attenuation if it is the default of that method, because the method
 /// then has this effect.

@@ -3,11 +3,11 @@
 use super::flags::{self, Flags, Opened};
 use super::session::{trace, without_effect};
 use super::unmeant;
-use crate::picture::{FileFormat, Pixels};
+use crate::picture::Pixels;
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
-use hbao::image::{Outputs, metadata};
+use hbao::image::Outputs;
 use hbao::measure::{Shot, TruthImage};
 use hbao::settings::{Method, Settings};
 use std::path::PathBuf;
@@ -25,11 +25,11 @@ Examples:
 /// Makes the verb's flags.
 pub(crate) fn command() -> Command {
     let output = Arg::new("output").short('o').long("output").value_name("OUT").required(true);
-    let own = [output.value_parser(value_parser!(PathBuf)).help("The image to write, OUT.exr (float) or OUT.png")];
+    let own = [output.value_parser(value_parser!(PathBuf)).help(flags::IMAGE_HELP)];
     Command::new("truth")
         .about("Ray-trace ambient occlusion on the scene's triangles, on the CPU")
         .args(own)
-        .arg(flags::truth_rays())
+        .args([flags::truth_rays(), flags::no_metadata()])
         .args(flags::arguments())
         .after_help(EXPLANATION)
 }
@@ -38,8 +38,7 @@ pub(crate) fn command() -> Command {
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let rays = flags::read_truth_rays(matches)?;
-    let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
-    let format = FileFormat::of(&output)?;
+    let (output, format) = flags::read_image_output(matches)?;
     Outputs::check([output.clone()])?;
     let Opened { scene, settings, camera, notices: told } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation"));
@@ -60,6 +59,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     };
     unmeant.iter().for_each(|notice| say(notice));
     let mut outputs = Outputs::new();
-    outputs.stage(output, &Pixels::Visibility(truth.visibility).encode(format, &metadata(&origin))?)?;
+    outputs
+        .stage(output, &Pixels::Visibility(truth.visibility).encode(format, &flags::stored_text(matches, &origin))?)?;
     outputs.commit()
 }

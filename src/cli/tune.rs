@@ -73,14 +73,16 @@ fn read_goal(matches: &ArgMatches) -> Result<Goal, Error> {
     let limit = |name: &str| {
         let Some(text) = flags::text(matches, name) else { return Ok(None) };
         let limit = text.trim().parse().ok().filter(|limit: &f64| limit.is_finite() && *limit > 0.0);
-        limit.map(Some).ok_or_else(|| Error::Usage(format!("--{name}: '{text}' is no finite number above 0")))
+        limit.map(Some).ok_or_else(|| Error::Usage(format!("--{name}: '{text}' is not a finite number above 0")))
     };
     match (limit("max-error")?, limit("max-ms")?) {
         (Some(error), None) => Ok(Goal::MaxError(error)),
         (None, Some(ms)) => Ok(Goal::MaxMs(ms)),
-        (None, None) => Err(Error::Usage("give what to tune for: --max-error E, or --max-ms T".into())),
+        (None, None) => Err(Error::Usage("tune needs a goal: give --max-error E or --max-ms T".into())),
         (Some(_), Some(_)) => {
-            Err(Error::Usage("--max-error and --max-ms: give one, and the other is made the least".into()))
+            let what = "--max-error E finds the fastest settings within E, and --max-ms T the most accurate within T: \
+                        give only one of them";
+            Err(Error::Usage(what.into()))
         }
     }
 }

@@ -73,7 +73,7 @@ impl FromStr for Backend {
 
     fn from_str(name: &str) -> Result<Backend, Error> {
         Backend::ALL.into_iter().find(|backend| backend.name() == name).ok_or_else(|| {
-            Error::Usage(format!("there is no backend {name:?}: choose one of {}", Backend::NAMES.join(", ")))
+            Error::Usage(format!("--backend: '{}' is not one of {}", Error::shown(name), Backend::NAMES.join(", ")))
         })
     }
 }
@@ -287,6 +287,6 @@ mod tests {
     fn an_unknown_backend_is_a_usage_error_that_lists_the_known() {
         let error = "glx".parse::<Backend>().unwrap_err();
         assert!(error.is_usage());
-        assert_eq!(error.to_string(), r#"there is no backend "glx": choose one of auto, egl, osmesa"#);
+        assert_eq!(error.to_string(), "--backend: 'glx' is not one of auto, egl, osmesa");
     }
 }

@@ -8,6 +8,9 @@ use tempfile::TempPath;
 
 use crate::Error;
 
+/// The message for two outputs of the same name.
+const TWICE: &str = "two outputs have this name: give each its own";
+
 /// The files of one run. [`Outputs::stage`] writes each under a temporary name in its own folder. When all are staged,
 /// [`Outputs::commit`] gives them their names. If the value is dropped before that, the temporary files are deleted.
 ///
@@ -18,7 +21,7 @@ use crate::Error;
 ///
 /// If a path is a symbolic link, the link stays and the file that it points to is replaced. If a path is neither a file
 /// nor a folder (a terminal, `/dev/null`, a FIFO), or leads to an open file of this process, such as `/dev/stdout`, the
-/// bytes are written to it instead of replacing it.
+/// bytes are written to it instead of replacing it. The path `-` stands for standard output.
 ///
 /// ```
 /// # fn main() -> Result<(), hbao::Error> {
@@ -78,6 +81,19 @@ impl Outputs {
         paths.into_iter().try_for_each(|path| rehearsal.stage(path, b""))
     }
 
+    /// Returns true if the bytes for this path would be written to something that exists and is not replaced: standard
+    /// output, a pipe, a device, or an open file of this process.
+    #[must_use]
+    pub fn is_stream(path: impl AsRef<Path>) -> bool {
+        matches!(destination(path.as_ref()), Ok(Destination::Stream))
+    }
+
+    /// Returns true if the path names standard output: `-` or `/dev/stdout`.
+    #[must_use]
+    pub fn is_standard_output(path: impl AsRef<Path>) -> bool {
+        [Path::new("-"), Path::new("/dev/stdout")].contains(&path.as_ref())
+    }
+
     /// Writes `bytes` under a temporary name in the folder of `path`. If `path` can be written to but not replaced, the
     /// bytes are kept in memory instead.
     ///
@@ -88,12 +104,16 @@ impl Outputs {
         let target = match destination(path).map_err(|what| Error::output(path, what))? {
             Destination::File(target) => target,
             Destination::Stream => {
+                let taken = self.streams.iter().any(|stream| Outputs::is_standard_output(&stream.path));
+                if taken && Outputs::is_standard_output(path) {
+                    return Err(Error::output("standard output", TWICE));
+                }
                 self.streams.push(StagedStream { path: path.into(), bytes: bytes.into() });
                 return Ok(());
             }
         };
         if self.files.iter().any(|file| file.target == target) {
-            return Err(Error::output(path, "two outputs have this name: give each its own"));
+            return Err(Error::output(path, TWICE));
         }
         // The file is created with `File::create_new`, so that its permissions follow the umask. Files that tempfile
         // creates itself have the permissions 0600.
@@ -116,6 +136,12 @@ impl Outputs {
     /// already been replaced, and those staged later have not.
     pub fn commit(self) -> Result<(), Error> {
         for StagedStream { path, bytes } in &self.streams {
+            if Outputs::is_standard_output(path) {
+                let mut stdout = io::stdout();
+                let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
+                written.map_err(|e| Error::output("standard output", e))?;
+                continue;
+            }
             // Appending keeps what a log file contains when the shell has opened it with `>> log`. For pipes and
             // devices it makes no difference.
             let mut stream = OpenOptions::new().append(true).open(path).map_err(|e| Error::output(path, e))?;
@@ -133,6 +159,9 @@ impl Outputs {
 fn destination(path: &Path) -> Result<Destination, String> {
     if path.to_string_lossy().ends_with(is_separator) {
         return Err("it is the name of a folder: add the name of a file".into());
+    }
+    if Outputs::is_standard_output(path) {
+        return Ok(Destination::Stream);
     }
     let target = follow_links(path).map_err(|e| e.to_string())?;
     if let Ok(existing) = fs::metadata(path) {

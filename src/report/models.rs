@@ -92,7 +92,7 @@ pub(super) fn open(folder: Option<&Path>) -> Result<Opened, Error> {
     for model in &MODELS {
         let path = folder.map(|folder| folder.join(model.file));
         let Some(path) = path.filter(|path| path.is_file()) else {
-            let place = folder.map_or("no --models was given".into(), |m| format!("{} holds none", m.display()));
+            let place = if folder.is_some() { "the folder of --models has none" } else { "no --models was given" };
             missing.push(format!("{}: left out, for want of {} ({place})", model.name, model.file));
             continue;
         };

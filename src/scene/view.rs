@@ -121,7 +121,10 @@ impl View {
             if let Some(p) = point
                 && !p.abs().cmple(DVec3::splat(FARTHEST)).all()
             {
-                return usage(format!("{flag} {},{},{} must be finite, at most 1e15 in magnitude", p.x, p.y, p.z));
+                return usage(format!(
+                    "{flag} {} must be finite, at most 1e15 in magnitude",
+                    p.to_array().map(number).join(",")
+                ));
             }
         }
         if self.eye.is_some() && self.eye == self.target {
@@ -133,10 +136,10 @@ impl View {
         match self.lens {
             // The limits are converted as the command converts its flag, so that 1 and 175 themselves are allowed.
             Some(Lens::FovY(fov)) if !(1_f64.to_radians()..=175_f64.to_radians()).contains(&fov) => {
-                return usage(format!("--fov-y {} must be from 1 to 175 degrees", fov.to_degrees()));
+                return usage(format!("--fov-y {} must be from 1 to 175 degrees", number(rounded(fov.to_degrees()))));
             }
             Some(Lens::Height(h)) if !(SMALLEST..=FARTHEST).contains(&h) => {
-                return usage(format!("--ortho {h:?} must be from 1e-15 to 1e15 scene units"));
+                return usage(format!("--ortho {} must be from 1e-15 to 1e15 scene units", number(h)));
             }
             _ => {}
         }
@@ -144,11 +147,13 @@ impl View {
             if let Some(z) = z
                 && !(SMALLEST..=FARTHEST).contains(&z)
             {
-                return usage(format!("{flag} {z:?} must be from 1e-15 to 1e15 scene units"));
+                return usage(format!("{flag} {} must be from 1e-15 to 1e15 scene units", number(z)));
             }
         }
         match (self.near, self.far) {
-            (Some(near), Some(far)) if near >= far => usage(format!("--near {near:?} must be less than --far {far:?}")),
+            (Some(near), Some(far)) if near >= far => {
+                usage(format!("--near {} must be less than --far {}", number(near), number(far)))
+            }
             _ => Ok(()),
         }
     }
@@ -175,13 +180,15 @@ impl View {
         // scene and does not fit the other, or both follow from the scene, which then lies beyond 1e15.
         match self.near {
             Some(near) if near * 2.0 <= FARTHEST => {
-                notices.push(format!("--near {near:?} lies beyond the whole scene: nothing is in view"));
+                notices.push(format!("--near {} lies beyond the whole scene: nothing is in view", number(near)));
                 Ok((near, near * 2.0))
             }
-            Some(near) => usage(format!("--near {near:?} is too close to 1e15, the largest --far; give a smaller one")),
+            Some(near) => {
+                usage(format!("--near {} is too close to 1e15, the largest --far; give a smaller one", number(near)))
+            }
             None => {
                 let beyond = match self.far {
-                    Some(far) => format!("--far {far:?}"),
+                    Some(far) => format!("--far {}", number(far)),
                     None => "1e15 from the camera, the largest depth that is drawn".into(),
                 };
                 notices.push(format!("the whole scene lies beyond {beyond}: nothing is in view"));
@@ -203,6 +210,18 @@ impl Lens {
             }
         }
     }
+}
+
+/// Writes a number as most people type it: 10 in place of 10.0, and 1e300 in place of its 301 digits.
+fn number(x: f64) -> String {
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").unwrap_or(&text).into()
+}
+
+/// Rounds degrees that were converted from radians to what the user typed.
+fn rounded(degrees: f64) -> f64 {
+    let short = (degrees * 1e10).round() / 1e10;
+    if short.is_finite() && short != 0.0 { short } else { degrees }
 }
 
 fn usage<T>(what: String) -> Result<T, Error> {

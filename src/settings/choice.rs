@@ -25,7 +25,7 @@ macro_rules! choice {
             pub(super) fn parse(text: &str) -> Result<$name, String> {
                 let found = Self::ALL.iter().find(|variant| variant.name() == text).copied();
                 found.ok_or_else(|| {
-                    format!("'{}' is none of {}", $crate::Error::shown(text), Self::NAMES.join(", "))
+                    format!("'{}' is not one of {}", $crate::Error::shown(text), Self::NAMES.join(", "))
                 })
             }
         }

@@ -3,6 +3,7 @@
 use super::Settings;
 use super::knobs::{KNOBS, Knob, Value};
 use crate::Error;
+use toml::de::DeTable;
 
 impl From<Value> for toml::Value {
     fn from(value: Value) -> toml::Value {
@@ -21,12 +22,11 @@ impl Settings {
     /// image it holds what else the image was made with, such as the camera.
     ///
     /// # Errors
-    /// A message, without the file's name. It names the line that is not TOML, the key that is unknown, or the key
-    /// whose value is out of range. After an error no setting has changed.
+    /// A message, without the file's name. It names the line that is not TOML, or the line and the key that is unknown
+    /// or whose value is out of range. After an error no setting has changed.
     pub fn read_toml(&mut self, text: &str) -> Result<(), String> {
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
-            let before = e.span().map_or(&[][..], |span| &text.as_bytes()[..span.start.min(text.len())]);
-            let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+            let line = line_at(text, e.span().map_or(0, |span| span.start));
             format!("line {line}: {}", Error::shown(&e.message().replace('\n', ", ")))
         })?;
         let mut read = self.clone();
@@ -34,21 +34,7 @@ impl Settings {
             if key == "render" && value.is_table() {
                 continue;
             }
-            let Some(knob) = Knob::named(key) else {
-                let names: Vec<_> = KNOBS.iter().map(|knob| knob.name).collect();
-                return Err(format!("unknown setting '{}': the settings are {}", Error::shown(key), names.join(", ")));
-            };
-            let text = match value {
-                toml::Value::String(text) => text.clone(),
-                toml::Value::Table(_) | toml::Value::Array(_) => {
-                    return Err(format!(
-                        "{key}: the value is of the type {}: write one number or word",
-                        value.type_str()
-                    ));
-                }
-                other => other.to_string(),
-            };
-            knob.set(&mut read, &text).map_err(|e| e.to_string())?;
+            set(&mut read, key, value).map_err(|what| format!("line {}: {what}", line_of(text, key)))?;
         }
         *self = read;
         Ok(())
@@ -62,4 +48,33 @@ impl Settings {
         let table: toml::Table = set.map(|knob| (knob.name.to_string(), (knob.get)(self).into())).collect();
         table.to_string()
     }
+}
+
+/// Sets the setting of this name to a value of a settings file.
+fn set(settings: &mut Settings, key: &str, value: &toml::Value) -> Result<(), String> {
+    let Some(knob) = Knob::named(key) else {
+        let names: Vec<_> = KNOBS.iter().map(|knob| knob.name).collect();
+        return Err(format!("unknown setting '{}': the settings are {}", Error::shown(key), names.join(", ")));
+    };
+    let text = match value {
+        toml::Value::String(text) => text.clone(),
+        toml::Value::Table(_) | toml::Value::Array(_) => {
+            return Err(format!("{key}: the value is of the type {}: write one number or word", value.type_str()));
+        }
+        other => other.to_string(),
+    };
+    knob.set(settings, &text).map_err(|e| e.to_string())
+}
+
+/// Returns the number of the line on which a key of the outermost table stands, from 1.
+fn line_of(text: &str, key: &str) -> usize {
+    let table = DeTable::parse(text).ok();
+    let keys = table.iter().flat_map(|table| table.get_ref().keys());
+    let start = keys.filter(|found| found.get_ref() == key).map(|found| found.span().start).min();
+    line_at(text, start.unwrap_or(0))
+}
+
+/// Returns the number of the line at this position in bytes, from 1.
+fn line_at(text: &str, position: usize) -> usize {
+    1 + text.as_bytes().iter().take(position).filter(|&&byte| byte == b'\n').count()
 }

@@ -123,7 +123,7 @@ impl Knob {
 
 fn count(text: &str, min: u32, max: u32) -> Result<u32, String> {
     let value = text.trim().parse::<u32>().ok().filter(|n| (min..=max).contains(n));
-    value.ok_or_else(|| format!("'{}' is no whole number from {min} to {max}", Error::shown(text)))
+    value.ok_or_else(|| format!("'{}' is not a whole number from {min} to {max}", Error::shown(text)))
 }
 
 fn odd_or_zero(text: &str, min: u32, max: u32) -> Result<u32, String> {
@@ -135,7 +135,7 @@ fn one_of(text: &str, values: &[u32]) -> Result<u32, String> {
     let value = text.trim().parse::<u32>().ok().filter(|n| values.contains(n));
     value.ok_or_else(|| {
         let values: Vec<String> = values.iter().map(u32::to_string).collect();
-        format!("'{}' is none of {}", Error::shown(text), values.join(", "))
+        format!("'{}' is not one of {}", Error::shown(text), values.join(", "))
     })
 }
 
@@ -147,12 +147,12 @@ fn degrees(text: &str, min: f64, max: f64) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|d| (min..=max).contains(d));
     value
         .map(f64::to_radians)
-        .ok_or_else(|| format!("'{}' is no angle from {min} to {max} degrees", Error::shown(text)))
+        .ok_or_else(|| format!("'{}' is not an angle from {min} to {max} degrees", Error::shown(text)))
 }
 
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
-    value.ok_or_else(|| format!("'{}' is no finite number above 0", Error::shown(text)))
+    value.ok_or_else(|| format!("'{}' is not a finite number above 0", Error::shown(text)))
 }
 
 fn length(text: &str) -> Result<Radius, String> {
@@ -160,7 +160,13 @@ fn length(text: &str) -> Result<Radius, String> {
         Some(percent) => positive(percent).map(Radius::Percent),
         None => positive(text).map(Radius::Units),
     };
-    parsed.map_err(|_| format!("'{}' is neither a finite length above 0 nor such a number and %", Error::shown(text)))
+    parsed.map_err(|_| {
+        format!(
+            "'{}' is not a length above 0: write it in scene units, such as 1.5, or as a percentage of the scene's \
+             size, such as 5%",
+            Error::shown(text)
+        )
+    })
 }
 
 /// Converts radians to the number of degrees that the user typed. For 30 degrees the result is 30, although converting
@@ -232,7 +238,8 @@ knobs! {
         "W(r), the weight of an occluder at the distance r: quadratic is 1 - (r/R)^2, linear 1 - r/R, none 1";
     "snap" "SNAP" snap Word: Snap =
         "How samples are rounded to texel centres: step rounds the first offset and the step once, sample rounds \
-         the offset of each sample, none does not round";
+         the offset of each sample, none does not round; where a step is 1 to 2 texels long, step looks blotchy, \
+         and sample does not";
     "clamp" "CLAMP" clamp Word: Clamp =
         "Where a sample beyond the border lies: position puts it at the border texel, depth takes only its depth \
          from there";

@@ -157,10 +157,10 @@ fn the_frame_without_ao_blurs_an_open_image() {
 fn what_cannot_be_measured_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, part) in [
-        ("--runs 0", "--runs: '0' is no whole number from 1 to 1000"),
+        ("--runs 0", "--runs: '0' is not a whole number from 1 to 1000"),
         ("--runs many", "--runs: 'many'"),
-        ("--only tables", "--only: 'tables' is none of table, figure1, crysis, scaling"),
-        ("--only table,", "--only: '' is none of"),
+        ("--only tables", "--only: 'tables' is not one of table, figure1, crysis, scaling"),
+        ("--only table,", "--only: '' is not one of"),
         ("--json b.txt", "must end in .json"),
         ("--json none/b.json", "the folder none does not exist"),
         ("--json b.json none.obj", "no such file"),

@@ -51,7 +51,7 @@ fn holds(output: &Output, what: &str) -> i32 {
             ", OpenGL ",
             " has no effect ",
             " covered pixels, ",
-            "msaa: asked for",
+            " per pixel, not the ",
             "is parallel to the direction of view",
             "nothing is in view",
             "is clipped",

@@ -5,6 +5,7 @@ mod rig;
 
 mod bench;
 mod cli;
+mod command_line;
 mod compare;
 mod hostile_commands;
 mod paper;

@@ -21,7 +21,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("bad.mtl", b"newmtl a\nKd red green blue\n"),
     ("malformed.toml", b"steps = = 3\n"),
     ("unknown.toml", b"stepz = 3\n"),
-    ("range.toml", b"steps = 300\n"),
+    ("range.toml", b"# a comment\nbias = 3\nsteps = 300\n"),
     ("method.toml", b"method = \"voxels\"\n"),
     ("table.toml", b"[settings]\nsteps = 3\n"),
     ("point.obj", b"v 1 2 3\nf 1 1 1\n"),
@@ -100,12 +100,13 @@ fn sizes_and_cameras_out_of_range() {
         (USAGE, "--fov-y 0", "from 1 to 175 degrees"),
         (USAGE, "--fov-y 176", "from 1 to 175 degrees"),
         (USAGE, "--fov-y nan", "from 1 to 175 degrees"),
-        (USAGE, "--fov-y wide", "--fov-y: 'wide' is no number"),
+        (USAGE, "--fov-y wide", "--fov-y: 'wide' is not a number"),
         (USAGE, "--ortho 0", "--ortho"),
         (USAGE, "--ortho -1", "--ortho"),
         (USAGE, "--fov-y 45 --ortho 3", "--ortho <HEIGHT>"),
-        (USAGE, "--near 3 --far 3", "--near"),
-        (USAGE, "--near 4 --far 3", "--near"),
+        (USAGE, "--near 3 --far 3", "--near 3 must be less than --far 3"),
+        (USAGE, "--near 4.5 --far 3.0", "--near 4.5 must be less than --far 3"),
+        (USAGE, "--fov-y 179", "--fov-y 179 must be from 1 to 175 degrees"),
         (USAGE, "--near 0", "--near"),
         (USAGE, "--far inf", "--far"),
         // This is refused before the scene is looked for.
@@ -116,11 +117,11 @@ fn sizes_and_cameras_out_of_range() {
 #[test]
 fn settings_out_of_range() {
     refuses(&[
-        (USAGE, "--directions 0", "--directions: '0' is no whole number from 1 to 64"),
-        (USAGE, "--directions 65", "--directions: '65' is no whole number from 1 to 64"),
-        (USAGE, "--steps 0", "--steps: '0' is no whole number from 1 to 256"),
+        (USAGE, "--directions 0", "--directions: '0' is not a whole number from 1 to 64"),
+        (USAGE, "--directions 65", "--directions: '65' is not a whole number from 1 to 64"),
+        (USAGE, "--steps 0", "--steps: '0' is not a whole number from 1 to 256"),
         (USAGE, "--steps 257", "--steps: "),
-        (USAGE, "--bias -1", "--bias: '-1' is no angle from 0 to 89"),
+        (USAGE, "--bias -1", "--bias: '-1' is not an angle from 0 to 89"),
         (USAGE, "--bias 90", "--bias: "),
         (USAGE, "--blur 2", "--blur: '2' is neither 0 nor an odd number from 3 to 41"),
         (USAGE, "--blur 4", "--blur: "),
@@ -132,19 +133,24 @@ fn settings_out_of_range() {
         (USAGE, "--radius 0%", "--radius: "),
         (USAGE, "--strength 0", "--strength: "),
         (USAGE, "--blur-depth-sigma 0", "--blur-depth-sigma: "),
-        (USAGE, "--attenuation cubic", "--attenuation: 'cubic' is none of quadratic, linear, none"),
+        (USAGE, "--attenuation cubic", "--attenuation: 'cubic' is not one of quadratic, linear, none"),
         (USAGE, "--snap steps", "--snap: "),
-        (USAGE, "--method gtao", "--method: 'gtao' is none of"),
-        (USAGE, "--show everything", "--show: 'everything' is none of final, ao,"),
+        (USAGE, "--method gtao", "--method: 'gtao' is not one of"),
+        (USAGE, "--show everything", "--show: 'everything' is not one of final, ao,"),
         (USAGE, "--apply none", "--apply: "),
-        (USAGE, "--backend glx", "glx"),
+        (USAGE, "--backend glx", "--backend: 'glx' is not one of auto, egl, osmesa"),
         (USAGE, "--depth-format r8", "--depth-format: "),
         (USAGE, "--no-such-flag", "unexpected argument '--no-such-flag'"),
         (USAGE, "--step 3", "unexpected argument '--step' found; a similar argument exists: '--steps'"),
         (USAGE, "--steps", "a value is required for '--steps <N>'"),
         (USAGE, "--steps --blur 3", "a value is required for '--steps <N>'"),
-        (USAGE, "--radius -1%", "--radius: '-1%' is neither"),
-        (USAGE, "--steps 3 --steps 4", "multiple times"),
+        (USAGE, "--radius -1%", "--radius: '-1%' is not a length above 0"),
+        (
+            USAGE,
+            "--radius 5px",
+            "write it in scene units, such as 1.5, or as a percentage of the scene's size, such as 5%",
+        ),
+        (USAGE, "--step 3 --steps 4", "unexpected argument '--step'"),
         (USAGE, "far.obj --depth-format r16f", "r16f holds depths to 60000"),
         (USAGE, "--depth-format r16f --far 70000", "r16f holds depths to 60000"),
         (
@@ -158,15 +164,22 @@ fn settings_out_of_range() {
 #[test]
 fn settings_files_that_make_no_sense() {
     refuses(&[
-        (FAILED, "--settings missing.toml", "missing.toml: "),
+        (
+            FAILED,
+            "--settings missing.toml",
+            "missing.toml: no such file: give a TOML file, or a PNG or EXR that hbao wrote",
+        ),
+        (FAILED, "--settings missing.png", "missing.png: no such file: give a TOML file"),
+        (FAILED, "--settings taken.png", "taken.png: it is a folder: give a TOML file"),
+        (FAILED, "--settings .", ".: it is a folder: give a TOML file"),
+        (FAILED, "--settings file/s.toml", "file/s.toml: it cannot be read, not a directory"),
         (FAILED, "--settings malformed.toml", "malformed.toml: line 1: "),
-        (FAILED, "--settings unknown.toml", "unknown.toml: unknown setting 'stepz'"),
-        (FAILED, "--settings range.toml", "range.toml: steps: '300' is no whole number from 1 to 256"),
-        (FAILED, "--settings method.toml", "method.toml: method: "),
+        (FAILED, "--settings unknown.toml", "unknown.toml: line 1: unknown setting 'stepz'"),
+        (FAILED, "--settings range.toml", "range.toml: line 3: steps: '300' is not a whole number from 1 to 256"),
+        (FAILED, "--settings method.toml", "method.toml: line 1: method: "),
         (FAILED, "--settings binary.toml", "binary.toml: "),
-        (FAILED, "--settings table.toml", "table.toml: unknown setting 'settings'"),
+        (FAILED, "--settings table.toml", "table.toml: line 1: unknown setting 'settings'"),
         (FAILED, "point.obj", "point.obj: all its points coincide"),
-        (FAILED, "--settings taken.png", "taken.png: "),
         #[cfg(unix)]
         (FAILED, "--settings /dev/zero", "/dev/zero: too long"),
     ]);
@@ -175,9 +188,9 @@ fn settings_files_that_make_no_sense() {
 #[test]
 fn outputs_that_cannot_be_written() {
     refuses(&[
-        (USAGE, "-o out", "must end in .png or .exr"),
-        (USAGE, "-o out.jpg", "must end in .png or .exr"),
-        (USAGE, "-o .png", "must end in .png or .exr"),
+        (USAGE, "-o out", "must end in .png or .exr, or be - for a PNG on standard output"),
+        (USAGE, "-o out.jpg", "must end in .png or .exr, or be - for a PNG on standard output"),
+        (USAGE, "-o .png", "must end in .png or .exr, or be - for a PNG on standard output"),
         (FAILED, "-o none/out.png", "the folder none does not exist"),
         (FAILED, "-o taken.png", "it is a folder"),
         (FAILED, "-o file/out.png", "cannot write file/out.png"),
@@ -195,15 +208,15 @@ fn outputs_that_cannot_be_written() {
 #[test]
 fn what_is_not_built_yet_is_refused_as_such_and_junk_as_junk() {
     refuses(&[
-        (USAGE, "--msaa 3", "--msaa: '3' is none of 1, 2, 4, 8"),
-        (USAGE, "--edges on", "--edges: 'on' is none of supersample, off"),
+        (USAGE, "--msaa 3", "--msaa: '3' is not one of 1, 2, 4, 8"),
+        (USAGE, "--edges on", "--edges: 'on' is not one of supersample, off"),
         (USAGE, "--half-res=maybe", "--half-res: 'maybe' is neither true nor false"),
         (USAGE, "--method hbao-view", "not built yet"),
-        (USAGE, "--method voxels", "--method: 'voxels' is none of hbao, hbao-talk"),
-        (USAGE, "--rays 0", "--rays: '0' is no whole number from 1 to 64"),
+        (USAGE, "--method voxels", "--method: 'voxels' is not one of hbao, hbao-talk"),
+        (USAGE, "--rays 0", "--rays: '0' is not a whole number from 1 to 64"),
         (USAGE, "--rays 65", "--rays: "),
-        (USAGE, "--ssao-rotation spin", "--ssao-rotation: 'spin' is none of matrix, mirror"),
-        (USAGE, "--ssao-samples 9", "--ssao-samples: '9' is none of 8, 16, 24"),
+        (USAGE, "--ssao-rotation spin", "--ssao-rotation: 'spin' is not one of matrix, mirror"),
+        (USAGE, "--ssao-samples 9", "--ssao-samples: '9' is not one of 8, 16, 24"),
         // An error is not preceded by a notice.
         (USAGE, "--edges off --steps 0", "--steps: "),
     ]);

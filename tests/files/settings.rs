@@ -49,7 +49,17 @@ fn a_value_out_of_range_is_refused_with_its_range() {
 #[test]
 fn a_settings_file_with_an_unknown_key_or_no_toml_says_which_line_or_key() {
     let mut settings = Settings::default();
-    assert!(settings.read_toml("radios = 3").unwrap_err().contains("unknown setting 'radios'"));
+    assert!(settings.read_toml("radios = 3").unwrap_err().starts_with("line 1: unknown setting 'radios'"));
+    for (text, start) in [
+        ("steps = 3\n\n# more\nbias = 90", "line 4: bias: '90' is not an angle"),
+        ("steps = 3\r\n'radios' = 3\r\n", "line 2: unknown setting 'radios'"),
+        ("text = \"\"\"\nsteps\n\"\"\"\nsteps = 0", "line 1: unknown setting 'text'"),
+        ("steps = [\n1,\n2]", "line 1: steps: the value is of the type array"),
+        ("\n\n[render]\nsteps = 0\n[other]", "line 5: unknown setting 'other'"),
+    ] {
+        let error = settings.read_toml(text).unwrap_err();
+        assert!(error.starts_with(start), "{text:?}: {error}");
+    }
     assert!(settings.read_toml("steps = 3\nradius = = 4").unwrap_err().starts_with("line 2: "));
     settings.read_toml("radius = '2%'\n[render]\neye = 3").unwrap();
     assert_eq!(settings.radius, Radius::Percent(2.0));

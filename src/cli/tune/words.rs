@@ -6,6 +6,9 @@ use hbao::measure::tune::{Requirements, Tried, Tuned, Verdict};
 use hbao::settings::{Edges, Jitter, MethodBlur, Settings, SsaoDepth, Toggle};
 use std::fmt::Write as _;
 
+/// What the user can do so that the search has more combinations to choose from.
+const REMEDY: &str = "set fewer settings by flags and --settings, so that more combinations are tried";
+
 /// Describes the view's requirements in one line each.
 pub(super) fn requirements(requirements: &Requirements, base: &Settings) -> Vec<String> {
     let Requirements { covered, samples, radius_px: (least, most), .. } = requirements;
@@ -39,17 +42,20 @@ pub(super) fn nothing(tuned: &Tuned, goal: Goal) -> String {
     let count = tuned.tried.len();
     let Some((nearest, least)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         let verdict = tuned.tried.first().map_or(Verdict::Open, |tried| tried.verdict);
-        return format!("all {count} settings are rejected unrendered: {}: pin less", why(verdict, goal));
+        return format!(
+            "all {count} combinations of settings were rejected before rendering: {}: {REMEDY}",
+            why(verdict, goal)
+        );
     };
     let settings = described(&nearest.settings, true);
     match goal {
         Goal::MaxError(limit) => format!(
-            "none of {count} settings has an RMSE of at most {limit}: the least is {least:.5}, of {settings}: allow as much, or \
-             pin less"
+            "none of {count} combinations of settings has an RMSE of at most {limit}: the least is {least:.5}, of {settings}: \
+             raise --max-error, or {REMEDY}"
         ),
         Goal::MaxMs(limit) => format!(
-            "none of {count} settings takes at most {limit} ms: the fastest takes {least:.3}, {settings}: allow as much, or \
-             pin less"
+            "none of {count} combinations of settings takes at most {limit} ms: the fastest takes {least:.3} ms, {settings}: \
+             raise --max-ms, or {REMEDY}"
         ),
     }
 }
