@@ -8,5 +8,6 @@ mod cli;
 mod hostile_commands;
 mod paper;
 mod refusals;
+mod scenes;
 mod trade;
 mod tune;
