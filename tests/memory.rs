@@ -167,8 +167,8 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
     // These are left out of a model, with one notice.
     let kinds: [(&str, &[u8], &[u8], &str); 3] = [
         ("random bytes", TRIANGLE.as_bytes(), b"", "m.obj: line 1: material file \"m\" cannot be read"),
-        ("corners without their normals", b"v 0 0 0\nf 1 1 1\n", b"f 1//9 1//9\n", "m.obj: line 3: index 9 "),
-        ("bad normals of no place", b"v 0 0 0\nf 1 1 1\n", b"f 1//x 1\n", "m.obj: line 3: \"1//x\" "),
+        ("corners without their normals", b"v 0 0 0\nf 1 1 1\n", b"f 1//9 1//9\n", "m.obj: line 4: index 9 "),
+        ("bad normals of no place", b"v 0 0 0\nf 1 1 1\n", b"f 1//x 1\n", "m.obj: line 4: \"1//x\" "),
     ];
     for (kind, first, over, what) in kinds {
         let read = || Mesh::read_obj(Junk::new(first, over, length), Path::new("m.obj"), no_material);

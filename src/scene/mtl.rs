@@ -88,10 +88,18 @@ fn colour(statement: &Statement) -> Result<[f32; 3], String> {
     Ok(numbers.map(|x| x.clamp(0.0, 1.0) as f32))
 }
 
+/// An MTL file that was found.
+pub(super) struct Found {
+    /// Its path beside the model's path, for messages.
+    pub(super) shown: PathBuf,
+    /// Its path without symbolic links.
+    pub(super) real: PathBuf,
+}
+
 /// Finds the MTL files that one `mtllib` statement names, or says why a file is not opened. All of them must lie in one
 /// of the model's `folders` or below it: models are often files from somebody else, and must not be able to make this
 /// program open files elsewhere.
-pub(super) fn libraries(folders: &[PathBuf], name: &[u8]) -> Vec<Result<PathBuf, String>> {
+pub(super) fn libraries(folders: &[PathBuf], name: &[u8]) -> Vec<Result<Found, String>> {
     let name = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name);
     // Exporters on Windows write backslashes.
     let name: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
@@ -100,12 +108,16 @@ pub(super) fn libraries(folders: &[PathBuf], name: &[u8]) -> Vec<Result<PathBuf,
     let words = || name.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     let several = words().nth(1).is_some() && words().all(|word| word.to_ascii_lowercase().ends_with(b".mtl"));
     if several && !spellings(&name).iter().any(|name| inside(folders, Path::new(name)).is_ok()) {
-        let each: Vec<_> = words().take(MOST_LIBRARIES + 1).map(|word| find(folders, word)).collect();
-        if each.iter().any(Result::is_ok) {
-            return each;
-        }
+        return words().take(MOST_LIBRARIES + 1).map(|word| find(folders, word)).collect();
     }
-    vec![find(folders, &name)]
+    let found = find(folders, &name);
+    // A name may contain `#`. It is the beginning of a comment only if no file has the whole name.
+    let comment = name.windows(2).position(|pair| pair[0].is_ascii_whitespace() && pair[1] == b'#');
+    let before = comment.map(|comment| name[..comment].trim_ascii()).filter(|name| !name.is_empty());
+    match (&found, before) {
+        (Err(_), Some(before)) => libraries(folders, before),
+        _ => vec![found],
+    }
 }
 
 /// Says that a material file cannot be opened or read.
@@ -127,9 +139,9 @@ pub(super) fn spellings(name: &[u8]) -> Vec<OsString> {
     bytes.into_iter().chain([latin1.into()]).collect()
 }
 
-/// Finds one MTL file, whose name has slashes: under the name as it is written, then under the name's last part beside the model, and then
-/// under that part in another case if only one file has it so.
-fn find(folders: &[PathBuf], name: &[u8]) -> Result<PathBuf, String> {
+/// Finds one MTL file, whose name has slashes: under the name as it is written, then under the name's last part beside
+/// the model, and then under that part in another case if only one file has it so.
+fn find(folders: &[PathBuf], name: &[u8]) -> Result<Found, String> {
     let mut why = None;
     for spelling in spellings(name) {
         let written = PathBuf::from(spelling);
@@ -164,7 +176,7 @@ enum NotOpened {
 
 /// Finds the file `relative` in the first of `folders` that has it. Its symbolic links are followed, and what they lead
 /// to must lie in one of the folders, too.
-fn inside(folders: &[PathBuf], relative: &Path) -> Result<PathBuf, NotOpened> {
+fn inside(folders: &[PathBuf], relative: &Path) -> Result<Found, NotOpened> {
     let plain = |part: Component| match part {
         Component::CurDir => true,
         Component::Normal(part) => !part.as_encoded_bytes().contains(&b':'), // a drive, C:
@@ -175,8 +187,9 @@ fn inside(folders: &[PathBuf], relative: &Path) -> Result<PathBuf, NotOpened> {
     }
     let mut found = Err(NotOpened::Missing);
     for folder in folders.iter().rev() {
-        found = match (folder.join(relative).canonicalize(), found) {
-            (Ok(file), _) => Ok(file),
+        let path = folder.join(relative);
+        found = match (path.canonicalize(), found) {
+            (Ok(real), _) => Ok(Found { shown: path.strip_prefix(".").unwrap_or(&path).into(), real }),
             (Err(e), Err(NotOpened::Missing))
                 if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) =>
             {
@@ -186,12 +199,12 @@ fn inside(folders: &[PathBuf], relative: &Path) -> Result<PathBuf, NotOpened> {
         };
     }
     let file = found?;
-    let real = |folder: &PathBuf| folder.canonicalize().is_ok_and(|folder| file.starts_with(folder));
-    if !folders.iter().any(real) {
+    let holds = |folder: &PathBuf| folder.canonicalize().is_ok_and(|folder| file.real.starts_with(folder));
+    if !folders.iter().any(holds) {
         return Err(NotOpened::Because("leads out of the model's folder".into()));
     }
     // Nothing else is opened: to open a pipe, for example, could wait for ever.
-    if !file.is_file() {
+    if !file.real.is_file() {
         return Err(NotOpened::Because("is not a file".into()));
     }
     Ok(file)

@@ -112,13 +112,11 @@ impl Mesh {
         let mut seen = HashSet::new();
         read(BufReader::new(file), path, |name| {
             let mut files = mtl::libraries(&folders, name);
-            files.retain(|file| file.as_ref().map_or(true, |file| seen.insert(file.clone())));
-            let open = |file: Result<PathBuf, String>| {
-                let path = file?;
-                match File::open(&path) {
-                    Ok(file) => Ok((path, BufReader::new(file))),
-                    Err(e) => Err(mtl::cannot_read(name, &e)),
-                }
+            files.retain(|file| file.as_ref().map_or(true, |file| seen.insert(file.real.clone())));
+            let open = |file: Result<mtl::Found, String>| {
+                let file = file?;
+                let opened = File::open(file.real).map_err(|e| mtl::cannot_read(name, &e))?;
+                Ok((file.shown, BufReader::new(opened)))
             };
             files.into_iter().map(open).collect()
         })
@@ -302,14 +300,15 @@ impl Model {
         let mut known = HashSet::new();
         let mut count = 0;
         let notice = |line: u64, what: String| Error::input(path, on_line(line, what)).to_string();
-        for (line, name) in &self.libraries {
+        'libraries: for (line, name) in &self.libraries {
             let files = if name.is_empty() { vec![Err("mtllib names no file".into())] } else { open(name) };
             for file in files {
+                if count == MOST_LIBRARIES {
+                    notices.add(Kind::Library, || notice(*line, too_many_libraries()));
+                    break 'libraries;
+                }
                 count += 1;
                 match file {
-                    _ if count > MOST_LIBRARIES => {
-                        notices.add(Kind::Library, || notice(*line, too_many_libraries()));
-                    }
                     Err(why) => notices.add(Kind::Library, || notice(*line, why)),
                     Ok((path, file)) => {
                         for (material, colour) in mtl::colours(file, &path, &self.materials, notices) {

@@ -92,7 +92,8 @@ impl<'a, R: BufRead> Statements<'a, R> {
                 break;
             }
         }
-        if self.lines == 1 && self.line.starts_with("\u{feff}".as_bytes()) {
+        // A byte order mark stands at the beginning of a file, or of each file of several that were joined into one.
+        while self.line.starts_with("\u{feff}".as_bytes()) {
             self.line.drain(..3);
         }
         Ok(!at_end)
@@ -165,6 +166,7 @@ pub(super) fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
         Ok(_) => Err(format!("{} is not a finite number", quoted(word))),
+        Err(_) if word.contains(',') => Err(format!("{} is not a number; write a decimal point", quoted(word))),
         Err(_) => Err(format!("{} is not a number", quoted(word))),
     }
 }

@@ -206,6 +206,7 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3",
         "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "\u{feff}\u{feff}v 0 0 0\n\u{feff}v 1 0 0\nv 0 1 0\nf 1 2 3\n",
         "v 0 0 0 # origin\nv 1 0 0 #\n   v\t0  1 0\nf 1 2 3 # first\n",
         "v 0 \\\n 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n2 \\\n3\n",
         "# C:\\models\\\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
@@ -406,7 +407,7 @@ fn a_bad_normal_is_no_normal_and_is_told_with_count_and_first_line() {
         ("vn 0 -inf 0", &format!("\"-inf\" {nan}")),
         ("vn 0 0 1e999", &format!("\"1e999\" {nan}")),
         ("vn -nan(ind) 0 0", &"\"-nan(ind)\" is not a number".to_string()),
-        ("vn 1,0 0 0", &"\"1,0\" is not a number".to_string()),
+        ("vn 1,0 0 0", &"\"1,0\" is not a number; write a decimal point".to_string()),
         ("vn 0 1", &"vn needs three numbers".to_string()),
         ("vn", &"vn needs three numbers".to_string()),
         ("vn 0 -0 0.0", &"this vn has no length".to_string()),
@@ -485,6 +486,8 @@ fn a_material_file_is_found_beside_the_model_by_the_last_part_of_its_name() {
         "Foo Bar.MTL",
         "D:\\FOO BAR.mtl",
         "b.mtl/../foo bar.mtl",
+        "foo bar.mtl # walls",
+        "./FOO bar.mtl\t#walls # b",
     ] {
         let mesh = load_beside(format!("mtllib {name}\nusemtl a\n{TRIANGLE}"), &files).unwrap();
         assert_eq!(colours(&mesh), [[1.0, 0.0, 0.0]], "{name}");
@@ -541,7 +544,7 @@ fn a_bad_material_file_is_white_and_is_told_once_with_count_and_first_line() {
         (b"newmtl a\nKd 0 1e999 0\n", format!("line 2: \"1e999\" is not a finite number; {colour}")),
         (b"newmtl a\nKd 1 1\n", format!("line 2: Kd needs three numbers, red green blue; {colour}")),
         (b"newmtl a\nKd\n", format!("line 2: Kd needs three numbers, red green blue; {colour}")),
-        (b"newmtl a\nKd 0,5 0,5 0,5\n", format!("line 2: \"0,5\" is not a number; {colour}")),
+        (b"newmtl a\nKd 0,5 0,5 0,5\n", format!("line 2: \"0,5\" is not a number; write a decimal point; {colour}")),
         (
             b"newmtl a\nKd spectral a.rfl 1\n",
             format!("line 2: Kd spectral is not read, only Kd red green blue; {colour}"),
