@@ -11,6 +11,7 @@ use hbao::image::{exr, png};
 use hbao::scene::Mesh;
 use random::Draw;
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::ffi::OsStr;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -120,7 +121,7 @@ impl Read for Junk {
 }
 
 /// Returns the one-line message that says why there is no model.
-fn refusal(kind: &str, result: Result<Mesh, Error>) -> String {
+fn refusal(kind: &str, result: Result<(Mesh, Vec<String>), Error>) -> String {
     let Err(error) = result else { panic!("{kind}: accepted as a model") };
     let message = error.to_string();
     assert!(message.len() < 300 && !message.chars().any(char::is_control), "{kind}: {message:?}");
@@ -143,6 +144,7 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
         ("lines of no text", b"", &ended, long, "holds no faces"),
         ("continued lines of no text", b"", &continued, long, "line 1: more than 2097152 bytes"),
         ("random bytes", b"", b"", short, "holds no faces"),
+        ("lines that end with carriage returns", b"", b"foo\r", short, "holds no faces"),
         ("zeros", b"", b"\0", long, "line 1: more than 2097152 bytes"),
         ("one line of text", b"", b"v 0 0 0 ", long, "line 1: more than 2097152 bytes"),
         ("one line of no text", b"", b"\xff", long, "line 1: more than 2097152 bytes"),
@@ -152,33 +154,50 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
         ("points and lines", b"v 0 0 0\n", b"p 1\nl 1 1\nf 1\nf 1 1\n", short, "holds no faces"),
         ("continued lines", b"", b"v 0 0 0 \\\n", long, "line 1: more than 2097152 bytes"),
         ("materials in turn", b"", b"usemtl a\nusemtl b\nmtllib m\n", short, "holds no faces"),
-        ("a model, then random bytes", TRIANGLE.as_bytes(), b"", short, "line 1: material file \"m\" cannot be read"),
         ("a vertex, then an index", b"v 0 0 0\nf 1 1 2\n", b"", short, "line 2: index 2"),
     ];
+    let no_material = |_: &OsStr| Err::<&[u8], _>(io::ErrorKind::NotFound.into());
     for (kind, first, over, most, what) in kinds {
-        let no_material = |_: &str| Err::<&[u8], _>(io::ErrorKind::NotFound.into());
         let read = || Mesh::read_obj(Junk::new(first, over, length), Path::new("m.obj"), no_material);
         let (peak, message) = peak(|| refusal(kind, read()));
         println!("{} MB of {kind}: {peak} bytes held, {message}", length / MB);
         assert!(message.contains(what), "{kind}: {message}");
         assert!(peak < most, "{kind}: {peak} bytes held");
     }
-    let kinds: [(&str, &[u8], usize); 5] = [
-        ("random bytes", b"", short),
-        ("zeros", b"\0", long),
-        ("line ends", b"\n", short),
-        ("unknown statements", b"illum 2\n", short),
-        ("materials of no use", b"newmtl b\nKd 1 1 1\nnewmtl cc\n", short),
+    // These are left out of a model, with one notice.
+    let kinds: [(&str, &[u8], &[u8], &str); 3] = [
+        ("random bytes", TRIANGLE.as_bytes(), b"", "m.obj: line 1: material file \"m\" cannot be read"),
+        ("corners without their normals", b"v 0 0 0\nf 1 1 1\n", b"f 1//9 1//9\n", "m.obj: line 4: index 9 "),
+        ("bad normals of no place", b"v 0 0 0\nf 1 1 1\n", b"f 1//x 1\n", "m.obj: line 4: \"1//x\" "),
     ];
-    for (kind, over, most) in kinds {
+    for (kind, first, over, what) in kinds {
+        let read = || Mesh::read_obj(Junk::new(first, over, length), Path::new("m.obj"), no_material);
+        let (peak, result) = peak(read);
+        let (_, notices) = result.unwrap_or_else(|error| panic!("{kind}: {error}"));
+        println!("a model, then {} MB of {kind}: {peak} bytes held, {notices:?}", length / MB);
+        assert!(notices.len() == 1 && notices[0].starts_with(what), "{kind}: {notices:?}");
+        assert!(peak < short, "{kind}: {peak} bytes held");
+    }
+    let kinds: [(&str, &[u8], usize, &[&str]); 6] = [
+        ("random bytes", b"", short, &["m.obj: line 5: no material file defines \"a\""]),
+        ("zeros", b"\0", long, &["m: line 1: more than 2097152 bytes"]),
+        ("line ends", b"\n", short, &["m.obj: line 5: no material file defines \"a\""]),
+        ("unknown statements", b"illum 2\n", short, &["m.obj: line 5: "]),
+        ("materials of no use", b"newmtl b\nKd 1 1 1\nnewmtl cc\n", short, &["m.obj: line 5: "]),
+        (
+            "colours of no use",
+            b"Kd x\n",
+            short,
+            &["m: line 1: \"x\" is not a number (the first of ", "m.obj: line 5: "],
+        ),
+    ];
+    for (kind, over, most, expected) in kinds {
         let read = || Mesh::read_obj(TRIANGLE.as_bytes(), Path::new("m.obj"), |_| Ok(Junk::new(b"", over, length)));
         let (peak, result) = peak(read);
         println!("{} MB of {kind} as materials: {peak} bytes", length / MB);
-        if *over == *b"\0" {
-            assert!(refusal(kind, result).starts_with("m: line 1: more than 2097152 bytes"));
-        } else {
-            result.unwrap();
-        }
+        let (_, notices) = result.unwrap_or_else(|error| panic!("{kind}: {error}"));
+        let told = notices.iter().zip(expected).all(|(notice, start)| notice.starts_with(start));
+        assert!(told && notices.len() == expected.len(), "{kind}: {notices:?}");
         assert!(peak < most, "{kind}: {peak} bytes held");
     }
 }

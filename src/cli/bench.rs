@@ -74,7 +74,7 @@ pub(crate) fn command() -> Command {
 /// Measures group by group, prints the tables of each group, and writes the measured figures if `--json` is given.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut flags = Flags::read(matches)?;
-    if flags::text(matches, "scene").is_none() {
+    if !matches.contains_id("scene") {
         flags.scene = NAVE.into();
     }
     let runs = flags::read_runs(matches, 5)?;

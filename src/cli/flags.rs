@@ -12,6 +12,7 @@ use hbao::context::Backend;
 use hbao::image::{Outputs, exr, metadata, png};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, MethodBlur, Radius, Settings};
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ pub(crate) const IMAGE_HELP: &str =
 /// The values of the shared flags, as they were read from the command line.
 pub(crate) struct Flags {
     /// The name of a built-in scene, or the path of a file.
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
     /// Width and height in pixels.
     pub(crate) size: (u32, u32),
     /// The parts of the camera that flags set. The scene's own camera supplies the rest.
@@ -48,7 +49,7 @@ pub(crate) struct Opened {
     /// The settings. The radius may still be a percentage of the scene's size.
     pub(crate) settings: Settings,
     pub(crate) camera: Camera,
-    /// Notices about the camera.
+    /// Notices about the scene's files and the camera.
     pub(crate) notices: Vec<String>,
 }
 
@@ -116,7 +117,8 @@ pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) 
 /// Makes the shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
-    let mut all = vec![Arg::new("scene").value_name("SCENE").help(scene), size_argument()];
+    let scene = Arg::new("scene").value_name("SCENE").value_parser(value_parser!(OsString)).help(scene);
+    let mut all = vec![scene, size_argument()];
     all.extend(
         [
             signed("eye", "X,Y,Z", "Camera position [default: the scene's own, or one that frames the whole scene]"),
@@ -235,7 +237,7 @@ impl Flags {
         view.check()?;
         let given = |knob: &'static Knob| text(matches, knob.name).map(|text| (knob, text.to_string()));
         let flags = Flags {
-            scene: text(matches, "scene").unwrap_or(CORNELL_BOX).into(),
+            scene: matches.get_one("scene").cloned().unwrap_or_else(|| CORNELL_BOX.into()),
             size: read_size(matches)?,
             view,
             backend: read_backend(matches)?,
@@ -259,7 +261,8 @@ impl Flags {
                 "all its points coincide, so a radius in percent of its size would be 0: give --radius in scene units";
             return Err(Error::Input { path: self.scene.clone().into(), what: what.into() });
         }
-        let (camera, notices) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
+        let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
+        let notices = [scene.notices.as_slice(), &of_camera].concat();
         Ok(Opened { scene, settings, camera, notices })
     }
 

@@ -1,6 +1,7 @@
 //! Opens the scenes of the papers: the built-in ones, and the models that a folder may hold.
 
 use super::subject::Subject;
+use crate::terminal::say;
 use glam::{DVec3, dvec3};
 use hbao::scene::{CORNELL_BOX, Lens, Mesh, NAVE, Scene, View};
 use hbao::{Error, Settings};
@@ -75,7 +76,7 @@ pub(super) struct Opened {
     pub(super) missing: Vec<String>,
 }
 
-/// Opens the built-in scenes, and the models that `folder` holds.
+/// Opens the built-in scenes, and the models that `folder` holds. Prints what was left out of the models.
 ///
 /// # Errors
 /// [`Error::Input`] if a model in the folder cannot be read.
@@ -99,7 +100,9 @@ pub(super) fn open(folder: Option<&Path>) -> Result<Opened, Error> {
         let mesh = match read.get(model.file) {
             Some(mesh) => mesh.clone(),
             None => {
-                let mesh = Rc::new(Scene::open(&path.to_string_lossy())?.mesh);
+                let Scene { mesh, notices, .. } = Scene::open(path)?;
+                notices.iter().for_each(|notice| say(notice));
+                let mesh = Rc::new(mesh);
                 read.insert(model.file, mesh.clone());
                 mesh
             }

@@ -28,9 +28,10 @@ pub(super) fn scene() -> Result<Scene, Error> {
         // This is a little less than the height of the short block, 165. With this radius the creases darken, and the
         // middles of the walls stay light.
         radius: Some(150.0),
+        notices: Vec::new(),
     })
 }
 
 fn mesh() -> Result<Mesh, Error> {
-    Mesh::read_obj(OBJ, Path::new("models/cornell_box.obj"), |_| Ok(MTL))
+    Mesh::read_obj(OBJ, Path::new("models/cornell_box.obj"), |_| Ok(MTL)).map(|(mesh, _)| mesh)
 }

@@ -7,10 +7,12 @@
 
 mod camera;
 mod cornell_box;
+mod foreign;
 mod masonry;
 mod mesh;
 mod mtl;
 mod nave;
+mod notices;
 mod obj;
 mod polygon;
 mod statement;
@@ -42,18 +44,23 @@ pub struct Scene {
     pub view: View,
     /// The scene's own AO radius R in scene units. It is `None` for a scene from a file.
     pub radius: Option<f64>,
+    /// What was left out of the model's files because it could not be read, in words: material files, colours, normals.
+    /// There is one line for each kind of thing, which begins with the path of the file. See [`Mesh::load_obj`].
+    pub notices: Vec<String>,
 }
 
 impl Scene {
-    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads an OBJ file by its path.
+    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads an OBJ file by its path, which need not be
+    /// UTF-8.
     ///
     /// # Errors
     /// [`Error::Input`] if there is no such file, or if it is not a model. See [`Mesh::load_obj`].
-    pub fn open(name_or_path: &str) -> Result<Scene, Error> {
-        match name_or_path {
-            CORNELL_BOX => cornell_box::scene(),
-            NAVE => nave::scene(),
-            _ => Scene::from_file(Path::new(name_or_path)),
+    pub fn open(name_or_path: impl AsRef<Path>) -> Result<Scene, Error> {
+        let path = name_or_path.as_ref();
+        match path.to_str() {
+            Some(CORNELL_BOX) => cornell_box::scene(),
+            Some(NAVE) => nave::scene(),
+            _ => Scene::from_file(path),
         }
     }
 
@@ -66,6 +73,7 @@ impl Scene {
             }
         }
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Ok(Scene { name, mesh: Mesh::load_obj(path)?, view: View::default(), radius: None })
+        let (mesh, notices) = Mesh::load_obj(path)?;
+        Ok(Scene { name, mesh, view: View::default(), radius: None, notices })
     }
 }

@@ -106,6 +106,7 @@ pub(super) fn scene() -> Result<Scene, Error> {
         // This is somewhat more than the width of the columns' capitals. With this radius creases and contacts darken,
         // and the middles of walls and floors stay light.
         radius: Some(1.5),
+        notices: Vec::new(),
     })
 }
 

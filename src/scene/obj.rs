@@ -18,15 +18,21 @@
 //! - refuses continued lines, comments after a statement, tabs after `usemtl`, bytes that are not UTF-8, and files that
 //!   give colours to some positions only.
 //!
+//! Only geometry can make a file invalid. Normals and materials that cannot be read are left out, each kind with a
+//! notice.
+//!
 //! Texture coordinates, colours and weights that follow a position, and curved surfaces are ignored.
 
+use super::foreign;
 use super::mesh::{FARTHEST, Group, Mesh};
-use super::mtl::{self, MOST_LIBRARIES, WHITE};
+use super::mtl::{self, MOST_LIBRARIES, Materials, WHITE};
+use super::notices::{Kind, Notices};
 use super::polygon::Triangulator;
-use super::statement::{Statement, Statements, number, quoted};
+use super::statement::{Statement, Statements, number, on_line, quoted};
 use crate::Error;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -47,13 +53,16 @@ struct Model {
     normals: Vec<DVec3>,
     mesh: Vertices,
     triangles: Vec<[u32; 3]>,
-    /// Each material's number, counted from 1 in the order of appearance. The number 0 means no material.
-    materials: HashMap<Box<str>, u32>,
+    /// The materials that `usemtl` statements name.
+    materials: Materials,
     /// Each entry (t, m) says that the triangles from number t on have material m.
     uses: Vec<(u32, u32)>,
     /// The names in `mtllib` statements, with their lines. Each name is listed once, since some exporters repeat the
-    /// statement before each object.
-    libraries: Vec<(u64, String)>,
+    /// statement before each object. At most [`MOST_LIBRARIES`] names are kept.
+    libraries: Vec<(u64, Box<[u8]>)>,
+    /// What a file without faces holds in their place.
+    instead: Option<&'static str>,
+    notices: Notices,
 }
 
 /// The vertices of the mesh. Each pair of a position and a normal occurs once, in the order in which faces use them.
@@ -67,22 +76,31 @@ struct Vertices {
 }
 
 impl Mesh {
-    /// Reads an OBJ file and the MTL files that it names, which must lie in its folder or below it. The OBJ file may
-    /// also be a pipe or a device.
+    /// Reads an OBJ file and the MTL files that it names, and returns the mesh and the notices about it. The OBJ file
+    /// may also be a pipe or a device.
     ///
     /// Polygons are divided into triangles. This is correct for concave polygons of up to 512 corners; larger ones are
-    /// treated as convex. Points and lines are ignored. A material that no MTL file defines is white. Positions are
-    /// kept in float64.
+    /// treated as convex. Points and lines are ignored. Positions are kept in float64.
+    ///
+    /// MTL files are looked for in the folder of the model and below it, under the name that the model gives, and in
+    /// the folder itself under the last part of that name, in another case too if only one file has it so. Files
+    /// elsewhere are not opened. Materials that no MTL file defines, or that give no red, green and blue, are white.
+    /// Normals that are not three finite numbers, that have no length or that a corner names by a wrong index are
+    /// unknown, as if the file had none there.
+    ///
+    /// Each notice is one line about one kind of thing that was left out in this way. It names the file and the line of
+    /// the first such thing, and how many there are.
     ///
     /// # Errors
-    /// [`Error::Input`] if a file cannot be read or is invalid. The message names the file and, if there is one, the
-    /// line. Also refused are coordinates that are not finite or above 1e15 in magnitude, lines and statements longer
-    /// than 2 MiB, faces of more than 65536 corners, more than 200 MTL files, and a file without faces.
-    pub fn load_obj(path: &Path) -> Result<Mesh, Error> {
+    /// [`Error::Input`] if the OBJ file cannot be read or its geometry is invalid. The message names the file and, if
+    /// there is one, the line; if the file has another format, it names the format. Also refused are coordinates that
+    /// are not finite or above 1e15 in magnitude, lines and statements longer than 2 MiB, faces of more than 65536
+    /// corners, and a file without faces.
+    pub fn load_obj(path: &Path) -> Result<(Mesh, Vec<String>), Error> {
         if path.is_dir() {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
         }
-        let file = File::open(path).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
+        let file = File::open(path).map_err(|e| cannot_read(path, &e))?;
         // The model's folders: the one in its path, and the one in which the file lies if the path is a symbolic link.
         let folders = [Some(path.to_path_buf()), path.canonicalize().ok()].into_iter().flatten().map(|path| match path
             .parent()
@@ -93,11 +111,12 @@ impl Mesh {
         let folders: Vec<PathBuf> = folders.collect();
         let mut seen = HashSet::new();
         read(BufReader::new(file), path, |name| {
-            let mut files = mtl::libraries(&folders, name)?;
-            files.retain(|file| seen.insert(file.clone()));
-            let open = |path: PathBuf| match File::open(&path) {
-                Ok(file) => Ok((path, BufReader::new(file))),
-                Err(e) => Err(format!("material file {} cannot be read ({e})", quoted(name))),
+            let mut files = mtl::libraries(&folders, name);
+            files.retain(|file| file.as_ref().map_or(true, |file| seen.insert(file.real.clone())));
+            let open = |file: Result<mtl::Found, String>| {
+                let file = file?;
+                let opened = File::open(file.real).map_err(|e| mtl::cannot_read(name, &e))?;
+                Ok((file.shown, BufReader::new(opened)))
             };
             files.into_iter().map(open).collect()
         })
@@ -105,61 +124,51 @@ impl Mesh {
 
     /// Reads a model from memory or from a stream, as [`Mesh::load_obj`] reads a file. Messages call it `name`. After
     /// the whole model has been read, `open` is called with the name in each `mtllib` statement, and opens that file.
+    /// If it fails, the materials of that file are white, and a notice says so. On Unix a name has the bytes that are
+    /// in the model.
     ///
     /// # Errors
-    /// The same as for [`Mesh::load_obj`], and the error of `open` if it fails.
+    /// The same as for [`Mesh::load_obj`].
     pub fn read_obj<M: BufRead>(
         obj: impl BufRead,
         name: &Path,
-        mut open: impl FnMut(&str) -> io::Result<M>,
-    ) -> Result<Mesh, Error> {
-        read(obj, name, |library| match open(library) {
-            Ok(file) => Ok(vec![(name.with_file_name(library), file)]),
-            Err(e) => Err(format!("material file {} cannot be read ({e})", quoted(library))),
+        mut open: impl FnMut(&OsStr) -> io::Result<M>,
+    ) -> Result<(Mesh, Vec<String>), Error> {
+        read(obj, name, |library| {
+            let file = &mtl::spellings(library)[0];
+            vec![match open(file) {
+                Ok(opened) => Ok((name.with_file_name(file), opened)),
+                Err(e) => Err(mtl::cannot_read(library, &e)),
+            }]
         })
     }
 }
 
-/// Reads a model. `open` opens the files that a `mtllib` statement names, and returns each with its path. `path` names
-/// the model in messages.
+/// Reads a model. `open` opens the files that a `mtllib` statement names, and returns each with its path, or why it is
+/// not opened. `path` names the model in messages.
 fn read<M: BufRead>(
     obj: impl BufRead,
     path: &Path,
-    mut open: impl FnMut(&str) -> Result<Vec<(PathBuf, M)>, String>,
-) -> Result<Mesh, Error> {
-    let mut model = Model::default();
-    let mut statements = Statements::new(obj, path);
-    let mut face = Face::default();
-    while let Some(statement) = statements.next()? {
-        model.read(&statement, &mut face).map_err(|what| statement.refuse(what))?;
+    open: impl FnMut(&[u8]) -> Vec<Result<(PathBuf, M), String>>,
+) -> Result<(Mesh, Vec<String>), Error> {
+    let (head, obj) = foreign::head(obj).map_err(|e| cannot_read(path, &e))?;
+    let other = |(what, advice)| Error::input(path, format!("this is {what}, {advice}"));
+    if let Some(format) = foreign::certain(&head) {
+        return Err(other(format));
     }
-    if model.triangles.is_empty() {
-        return Err(Error::input(path, "holds no faces; give an OBJ file with polygons"));
-    }
-    let mut colour_of = vec![WHITE; model.materials.len() + 1];
-    let mut known = HashSet::new();
-    let mut count = 0;
-    for (line, name) in &model.libraries {
-        let on_line = |what| Error::input(path, format!("line {line}: {what}"));
-        let files = open(name).map_err(on_line)?;
-        count += files.len();
-        if count > MOST_LIBRARIES {
-            return Err(on_line(too_many_libraries()));
-        }
-        for (path, file) in files {
-            for (material, colour) in mtl::colours(file, &path, &model.materials)? {
-                // If several files define a material, the first one counts, as the OBJ format says.
-                if known.insert(material) {
-                    colour_of[material as usize] = colour;
-                }
-            }
-        }
-    }
-    model.into_mesh(&colour_of).map_err(|e| Error::input(path, e.to_string()))
+    let mut model = Model::of(obj, path, &head).map_err(|e| foreign::likely(&head).map_or(e, other))?;
+    let mut notices = std::mem::take(&mut model.notices);
+    let colours = model.colours(path, open, &mut notices);
+    let mesh = model.into_mesh(&colours).map_err(|e| Error::input(path, e.to_string()))?;
+    Ok((mesh, notices.lines()))
+}
+
+fn cannot_read(path: &Path, error: &io::Error) -> Error {
+    Error::input(path, format!("cannot be read: {error}"))
 }
 
 fn too_many_libraries() -> String {
-    format!("more than {MOST_LIBRARIES} material files; join them into one")
+    format!("more than {MOST_LIBRARIES} material files, of which only these are read; join them into one")
 }
 
 /// The face that is being read. Its memory is kept from one face to the next.
@@ -177,17 +186,50 @@ impl Default for Face {
 }
 
 impl Model {
+    /// Reads the statements of an OBJ file, which begins with `head`.
+    fn of(obj: impl BufRead, path: &Path, head: &[u8]) -> Result<Model, Error> {
+        let mut model = Model::default();
+        let mut statements = Statements::new(obj, path);
+        let mut face = Face::default();
+        while let Some(statement) = statements.next()? {
+            model.read(&statement, &mut face).map_err(|what| statement.refuse(what))?;
+        }
+        if model.triangles.is_empty() { Err(Error::input(path, model.no_faces(head))) } else { Ok(model) }
+    }
+
+    /// Returns the message for a file without faces.
+    fn no_faces(&self, head: &[u8]) -> String {
+        let found = match self.instead {
+            _ if head.is_empty() => return "is empty; give an OBJ file with polygons".into(),
+            Some(instead) => format!("holds no faces, only {instead}"),
+            None if !self.positions.is_empty() => "holds no faces, only positions".into(),
+            None if foreign::is_binary(head) => "holds no faces, but bytes that are no text".into(),
+            None => "holds no faces".into(),
+        };
+        format!("{found}; give an OBJ file with polygons")
+    }
+
     /// Adds one statement to the model, or returns what is wrong with it.
     fn read(&mut self, statement: &Statement, face: &mut Face) -> Result<(), String> {
         match statement.keyword() {
             "v" if self.positions.len() == MOST => return Err(too_large("positions")),
             "v" => self.positions.push(triple("v", FARTHEST, statement.words())?),
             "vn" if self.normals.len() == MOST => return Err(too_large("normals")),
-            "vn" => self.normals.push(triple("vn", f64::MAX, statement.words())?),
+            "vn" => {
+                let normal = triple("vn", f64::MAX, statement.words()).and_then(|normal| match normal {
+                    DVec3::ZERO => Err("this vn has no length".into()),
+                    normal => Ok(normal),
+                });
+                // A normal that is left out keeps its place, so that the next ones keep their indices.
+                self.normals.push(normal.unwrap_or_else(|what| {
+                    self.notices.add(Kind::Normal, || statement.notice(what));
+                    DVec3::ZERO
+                }));
+            }
             "f" => self.face(statement, face)?,
             "usemtl" => {
-                let next = self.materials.len() as u32 + 1;
-                let material = match self.materials.get(statement.name()) {
+                let next = (self.materials.len() as u32 + 1, statement.line());
+                let (material, _) = match self.materials.get(statement.name()) {
                     Some(&material) => material,
                     None => *self.materials.entry(statement.name().into()).or_insert(next),
                 };
@@ -199,13 +241,17 @@ impl Model {
             }
             "mtllib" => {
                 let name = statement.name();
-                if !self.libraries.iter().any(|(_, known)| known == name) {
-                    if self.libraries.len() == MOST_LIBRARIES {
-                        return Err(too_many_libraries());
+                if !self.libraries.iter().any(|(_, known)| **known == *name) {
+                    if self.libraries.len() < MOST_LIBRARIES {
+                        self.libraries.push((statement.line(), name.into()));
+                    } else {
+                        self.notices.add(Kind::Library, || statement.notice(too_many_libraries()));
                     }
-                    self.libraries.push((statement.line(), name.to_owned()));
                 }
             }
+            "p" | "l" => self.instead = Some("points and lines"),
+            "surf" | "curv" | "curv2" => self.instead = Some("curved surfaces, which are not read"),
+            "newmtl" => self.instead = Some("materials"),
             _ => {}
         }
         Ok(())
@@ -217,10 +263,16 @@ impl Model {
             if face.corners.len() == MOST_CORNERS {
                 return Err(format!("a face of more than {MOST_CORNERS} corners; triangulate it before exporting"));
             }
-            face.corners.push(corner(word, self.positions.len(), self.normals.len())?);
+            let (v, vn) = corner(word, self.positions.len(), self.normals.len())?;
+            let vn = vn.unwrap_or_else(|what| {
+                self.notices.add(Kind::NormalIndex, || statement.notice(what));
+                NONE
+            });
+            face.corners.push([v, vn]);
         }
         // One corner is a point and two corners are a line, neither of which is drawn.
         if face.corners.len() < 3 {
+            self.instead = Some("points and lines");
             return Ok(());
         }
         if self.mesh.positions.len().max(self.triangles.len()) > MOST - MOST_CORNERS {
@@ -235,6 +287,52 @@ impl Model {
         let cut = face.triangulator.triangles(&face.points).chunks_exact(3);
         self.triangles.extend(cut.map(|t| [t[0], t[1], t[2]].map(|i| face.corners[i as usize][0])));
         Ok(())
+    }
+
+    /// Reads the material files, which `open` opens, and returns the colour of each material by its number.
+    fn colours<M: BufRead>(
+        &self,
+        path: &Path,
+        mut open: impl FnMut(&[u8]) -> Vec<Result<(PathBuf, M), String>>,
+        notices: &mut Notices,
+    ) -> Vec<[f32; 3]> {
+        let mut colour_of = vec![WHITE; self.materials.len() + 1];
+        let mut known = HashSet::new();
+        let mut count = 0;
+        let notice = |line: u64, what: String| Error::input(path, on_line(line, what)).to_string();
+        'libraries: for (line, name) in &self.libraries {
+            let files = if name.is_empty() { vec![Err("mtllib names no file".into())] } else { open(name) };
+            for file in files {
+                if count == MOST_LIBRARIES {
+                    notices.add(Kind::Library, || notice(*line, too_many_libraries()));
+                    break 'libraries;
+                }
+                count += 1;
+                match file {
+                    Err(why) => notices.add(Kind::Library, || notice(*line, why)),
+                    Ok((path, file)) => {
+                        for (material, colour) in mtl::colours(file, &path, &self.materials, notices) {
+                            // If several files define a material, the first one counts, as the OBJ format says.
+                            if known.insert(material) {
+                                colour_of[material as usize] = colour;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        // If a material file was not read, that is why materials are unknown, and its notice is enough.
+        if !notices.has(Kind::Library) {
+            let unknown =
+                self.materials.iter().filter(|(name, (number, _))| !name.is_empty() && !known.contains(number));
+            let mut unknown: Vec<_> = unknown.map(|(name, &(_, line))| (line, name)).collect();
+            unknown.sort_unstable();
+            for (line, name) in unknown {
+                let what = || format!("no material file defines {}", quoted(name));
+                notices.add(Kind::Material, || notice(line, what()));
+            }
+        }
+        colour_of
     }
 
     /// Makes the mesh. Its triangles are sorted by the colours of their materials.
@@ -319,8 +417,9 @@ fn triple<'a>(keyword: &str, most: f64, mut words: impl Iterator<Item = &'a str>
 }
 
 /// Parses one corner of a face into the indices of its position and its normal, counted from 0. `positions` and
-/// `normals` are how many of each the file has had so far.
-fn corner(word: &str, positions: usize, normals: usize) -> Result<[u32; 2], String> {
+/// `normals` are how many of each the file has had so far. If only the normal is wrong, its error is returned in its
+/// place.
+fn corner(word: &str, positions: usize, normals: usize) -> Result<(u32, Result<u32, String>), String> {
     let mut parts = word.split('/');
     let (position, _texture, normal) = (parts.next().unwrap_or(""), parts.next(), parts.next().unwrap_or(""));
     let no_corner = || format!("{} is not a corner; write v, v/vt, v//vn or v/vt/vn", quoted(word));
@@ -329,8 +428,8 @@ fn corner(word: &str, positions: usize, normals: usize) -> Result<[u32; 2], Stri
     }
     let read = |part: &str| part.parse::<i64>().map_err(|_| no_corner());
     let v = index(read(position)?, positions, "v")?;
-    let vn = if normal.is_empty() { NONE } else { index(read(normal)?, normals, "vn")? };
-    Ok([v, vn])
+    let vn = if normal.is_empty() { Ok(NONE) } else { read(normal).and_then(|i| index(i, normals, "vn")) };
+    Ok((v, vn))
 }
 
 /// Converts an index of the file to one that is counted from 0. In the file, positive indices are counted from 1, and

@@ -10,5 +10,6 @@ mod compare;
 mod hostile_commands;
 mod paper;
 mod refusals;
+mod scenes;
 mod trade;
 mod tune;

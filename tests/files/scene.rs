@@ -7,12 +7,15 @@ use hbao::scene::{Camera, Group, Mesh, Scene};
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::process::Command;
 use tempfile::TempDir;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// Loads `obj` from a folder of its own that also contains `files`.
-fn load_beside(obj: impl AsRef<[u8]>, files: &[(&str, &str)]) -> Result<Mesh, Error> {
+/// Loads `obj` from a folder of its own that also contains `files`, and returns the mesh and its notices. Of a path in
+/// that folder only the name is left in a notice.
+fn noticed(obj: impl AsRef<[u8]>, files: &[(&str, &[u8])]) -> Result<(Mesh, Vec<String>), Error> {
     let folder = TempDir::new().unwrap();
     for (name, text) in files {
         let path = folder.path().join(name);
@@ -21,7 +24,18 @@ fn load_beside(obj: impl AsRef<[u8]>, files: &[(&str, &str)]) -> Result<Mesh, Er
     }
     let path = folder.path().join("model.obj");
     fs::write(&path, obj).unwrap();
-    Mesh::load_obj(&path)
+    let (mesh, notices) = Mesh::load_obj(&path)?;
+    let folders = [folder.path().canonicalize().unwrap(), folder.path().to_path_buf()];
+    let shorter = |notice: String| folders.iter().fold(notice, |n, f| n.replace(&format!("{}/", f.display()), ""));
+    Ok((mesh, notices.into_iter().map(shorter).collect()))
+}
+
+/// Loads `obj` beside `files`. There must be no notice.
+fn load_beside(obj: impl AsRef<[u8]>, files: &[(&str, &str)]) -> Result<Mesh, Error> {
+    let files: Vec<_> = files.iter().map(|(name, text)| (*name, text.as_bytes())).collect();
+    let (mesh, notices) = noticed(obj, &files)?;
+    assert!(notices.is_empty(), "{notices:?}");
+    Ok(mesh)
 }
 
 fn load(obj: impl AsRef<[u8]>) -> Mesh {
@@ -61,7 +75,6 @@ fn colours(mesh: &Mesh) -> Vec<[f32; 3]> {
 fn each_bad_number_is_named_with_its_line() {
     for bad in ["nan", "NaN", "inf", "-inf", "infinity", "1e400", "-1e999"] {
         refused(load_beside(format!("{TRIANGLE}v 0 {bad} 0\n"), &[]), &["line 5", bad, "finite"]);
-        refused(load_beside(format!("{TRIANGLE}vn 0 0 {bad}\n"), &[]), &["line 5", bad, "finite"]);
     }
     for bad in ["1,5", "x", "1.0D5", "--1", "0x10"] {
         refused(load_beside(format!("v {bad} 0 0\n{TRIANGLE}"), &[]), &["line 1", bad, "not a number"]);
@@ -70,7 +83,6 @@ fn each_bad_number_is_named_with_its_line() {
         refused(load_beside(format!("v 0 0 {huge}\n{TRIANGLE}"), &[]), &["line 1", huge, "1e15"]);
     }
     refused(load_beside(format!("{TRIANGLE}v 1 2\n"), &[]), &["line 5", "three numbers"]);
-    refused(load_beside(format!("{TRIANGLE}vn\n"), &[]), &["line 5", "three numbers"]);
 }
 
 #[test]
@@ -78,7 +90,6 @@ fn each_bad_index_is_named_with_its_line() {
     let extremes = ["4", "-4", "0", "9223372036854775807", "-9223372036854775808"];
     for bad in extremes {
         refused(load_beside(format!("{TRIANGLE}\nf 1 2 {bad}\n"), &[]), &["line 6", bad, "3 v lines"]);
-        refused(load_beside(format!("{TRIANGLE}vn 0 0 1\nf 1 2 3//{bad}\n"), &[]), &["line 6", bad, "1 vn lines"]);
     }
     for bad in ["99999999999999999999", "1.5", "a", "//", "/1/", "1/1/1/1", "1,2"] {
         refused(load_beside(format!("{TRIANGLE}f 1 2 {bad}\n"), &[]), &["line 5", bad]);
@@ -98,18 +109,72 @@ fn extreme_texture_indices_are_harmless() {
 fn files_without_faces_are_refused() {
     let mut junk: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2654435761) >> 13) as u8).collect();
     junk[0] = 0x89;
-    let empty: [&[u8]; 7] = [
-        b"",
-        b"\n\n",
-        b"# only\n# comments",
-        b"v 0 0 0\n",
-        &junk,
-        b"v 0 0 0\nf 1\nf 1 1\nf\np 1\nl 1 1 1\n",
-        &[0xff; 99],
-    ];
-    for bytes in empty {
-        refused(load_beside(bytes, &[]), &["model.obj", "no faces"]);
+    let no_faces: [&[u8]; 4] = [b"\n\n", b"# only\n# comments", &junk, &[0xff; 99]];
+    for bytes in no_faces {
+        refused(load_beside(bytes, &[]), &["model.obj: holds no faces", "give an OBJ file with polygons"]);
     }
+    for (text, what) in [
+        ("", "is empty; give an OBJ file with polygons"),
+        ("v 0 0 0\n", "holds no faces, only positions"),
+        ("v 0 0 0\nf 1\nf 1 1\nf\np 1\nl 1 1 1\n", "holds no faces, only points and lines"),
+        ("v 0 0 0\nl 1 1\n", "holds no faces, only points and lines"),
+        ("v 0 0 0\ncstype bspline\nsurf 0 1 0 1 1 1 1 1\n", "holds no faces, only curved surfaces"),
+        ("# x\nnewmtl a\nKd 1 0 0\n", "holds no faces, only materials"),
+        ("v\0\0\0", "holds no faces, but bytes that are no text"),
+    ] {
+        refused(load_beside(text, &[]), &["model.obj: ", what]);
+    }
+}
+
+#[test]
+fn a_file_of_another_format_is_called_what_it_is_and_the_message_says_what_to_do() {
+    let convert = "and only OBJ is read: convert it to OBJ, for example with Blender or MeshLab";
+    let unpack = "and only OBJ is read: unpack it and give the OBJ file inside";
+    let utf8 = "and only UTF-8 is read: save it as UTF-8";
+    let numbers = |numbers: &[f32]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let stl = |header: &[u8]| {
+        let facet = [numbers(&[0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 7.]), vec![0, 0]].concat();
+        [header, &vec![b' '; 80 - header.len()], &2_u32.to_le_bytes(), &facet, &facet].concat()
+    };
+    let utf16 = |text: &str, bytes: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(bytes).collect::<Vec<u8>>();
+    let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nend_header\nv\nf 1 2 x\n";
+    let inside = [b"PK\x03\x04".as_slice(), &[0; 26], b"model.obj", TRIANGLE.as_bytes()].concat();
+    let cases: [(&[u8], &str, &str); 26] = [
+        (ply.as_bytes(), "a PLY file", convert),
+        (b"ply\r\nformat ascii 1.0\r\n", "a PLY file", convert),
+        (b"solid part\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n", "an STL file", convert),
+        (&stl(b"exported"), "an STL file", convert),
+        (&stl(b"solid exported\nv 1 2\n"), "an STL file", convert),
+        (b"{\"asset\":{\"version\":\"2.0\"}}", "a glTF file", convert),
+        (b"  {\n \"bufferViews\": [", "a glTF file", convert),
+        (b"{\"a\": 1}", "a JSON file", convert),
+        (b"glTF\x02\0\0\0\x14\0\0\0", "a glTF file", convert),
+        (b"Kaydara FBX Binary  \0\x1a\0\xe8\x1c\0\0", "an FBX file", convert),
+        (b"; FBX 7.3.0 project file\n", "an FBX file", convert),
+        (b"BLENDER-v293", "a Blender file", "export it from Blender"),
+        (b"\xef\xbb\xbf<?xml version=\"1.0\"?>\n<COLLADA version=\"1.4\">", "a COLLADA file", convert),
+        (b"<!DOCTYPE html>\n<html lang=en>", "a web page", "download the file itself"),
+        (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "an OFF file", convert),
+        (b"\x1f\x8b\x08\0\0\0\0\0", "a gzip archive", unpack),
+        (&inside, "a zip archive", unpack), // it is not compressed, so that lines of the OBJ file stand in it
+        (b"\x28\xb5\x2f\xfd\x04", "a Zstandard archive", unpack),
+        (b"\xfd7zXZ\0\0", "an xz archive", unpack),
+        (b"BZh91AY&SY", "a bzip2 archive", unpack),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "a PNG picture", "give the model"),
+        (b"\xff\xd8\xff\xe0", "a JPEG picture", "give the model"),
+        (b"version https://git-lfs.github.com/spec/v1\noid", "a pointer of Git LFS", "git lfs pull"),
+        (&utf16(&format!("\u{feff}{TRIANGLE}"), u16::to_le_bytes), "text in UTF-16", utf8),
+        (&utf16(&format!("\u{feff}{TRIANGLE}"), u16::to_be_bytes), "text in UTF-16", utf8),
+        (&utf16(TRIANGLE, u16::to_le_bytes), "text in UTF-16", utf8),
+    ];
+    for (bytes, what, advice) in cases {
+        refused(noticed(bytes, &[]), &[&format!("model.obj: this is {what}, "), advice]);
+    }
+    // What an OBJ file may begin with does not make it another format.
+    for first in ["solid facet", "{", "<html", "OFF", "; FBX 7", "//Maya", "0\nsection"] {
+        assert_eq!(load(format!("{first}\n{TRIANGLE}")), load(TRIANGLE), "{first}");
+    }
+    refused(load_beside(format!("solid\nv 0 0 x\n{TRIANGLE}"), &[]), &["line 2: \"x\" is not a number"]);
 }
 
 #[test]
@@ -141,6 +206,7 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3",
         "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "\u{feff}\u{feff}v 0 0 0\n\u{feff}v 1 0 0\nv 0 1 0\nf 1 2 3\n",
         "v 0 0 0 # origin\nv 1 0 0 #\n   v\t0  1 0\nf 1 2 3 # first\n",
         "v 0 \\\n 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n2 \\\n3\n",
         "# C:\\models\\\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
@@ -150,10 +216,12 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "o a\ng b\ns 1\nv 0 0 0\nv 1 0 0\nl 1 2 2\nv 0 1 0\np 1 2 3\nf 1 2 3\nl 1 2 3\nf 1 2\ng empty\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2/ 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\ng\nusemtl\nf 1 2 3\\",
+        "g\no\ns off\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/ 2/1/ 3/9/\n\u{1a}",
     ];
     for text in spellings {
         assert_eq!(load(text), expected, "{text}");
         assert_eq!(load(text.replace('\n', "\r\n")), expected, "with CRLF: {text}");
+        assert_eq!(load(text.replace('\n', "\r")), expected, "with CR: {text}");
     }
     let latin1 = [b"# caf\xe9\no \xff\n".as_slice(), TRIANGLE.as_bytes()].concat();
     assert_eq!(load(latin1), expected);
@@ -278,7 +346,7 @@ fn vertex_normals_come_from_the_file_or_from_the_triangles() {
     // These normals are from the file. They are normalised whatever their length, and each pair of position and normal
     // gives one vertex. A corner without a normal has that of its triangles.
     let given = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1e300 0 0\nvn 0 -1e-320 0\nvn 0 0 0\nf 1//1 2//2 3\nf 1//2 2//2 3//3\n";
-    let mesh = load(given);
+    let (mesh, _) = noticed(given, &[]).unwrap();
     let found: Vec<_> = mesh.positions.iter().copied().zip(mesh.vertex_normals()).collect();
     let (o, x, y, z) = (DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z);
     assert_eq!(found, [(o, x), (x, -y), (y, z), (o, -y), (y, z)]);
@@ -330,11 +398,63 @@ fn materials_give_colours_and_triangles_are_sorted_by_them() {
 }
 
 #[test]
-fn unknown_materials_are_white() {
-    for head in ["usemtl red\n", "mtllib m.mtl\nusemtl blue\n", "mtllib m.mtl\nusemtl\n"] {
-        let mesh = load_beside(format!("{head}{TRIANGLE}"), &[("m.mtl", MTL)]).unwrap();
-        assert_eq!(colours(&mesh), [[1.0; 3]]);
+fn a_bad_normal_is_no_normal_and_is_told_with_count_and_first_line() {
+    let same_as_without = load(TRIANGLE).vertex_normals();
+    let replaced = "the triangles give the normal there";
+    let nan = "is not a finite number";
+    for (vn, what) in [
+        ("vn nan 0 0", &format!("\"nan\" {nan}")),
+        ("vn 0 -inf 0", &format!("\"-inf\" {nan}")),
+        ("vn 0 0 1e999", &format!("\"1e999\" {nan}")),
+        ("vn -nan(ind) 0 0", &"\"-nan(ind)\" is not a number".to_string()),
+        ("vn 1,0 0 0", &"\"1,0\" is not a number; write a decimal point".to_string()),
+        ("vn 0 1", &"vn needs three numbers".to_string()),
+        ("vn", &"vn needs three numbers".to_string()),
+        ("vn 0 -0 0.0", &"this vn has no length".to_string()),
+    ] {
+        let obj = format!("{vn}\nvn 0 0 -2\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//1 2//1 3//2\n");
+        let (mesh, notices) = noticed(obj, &[]).unwrap();
+        assert_eq!(notices, [format!("model.obj: line 1: {what}; {replaced}")]);
+        // The next normal keeps its index.
+        assert_eq!(mesh.vertex_normals(), [DVec3::Z, DVec3::Z, -DVec3::Z], "{vn}");
     }
+    for bad in ["4", "-4", "0", "9223372036854775807", "-9223372036854775808", "99999999999999999999", "x", "1.0"] {
+        let (mesh, notices) = noticed(format!("{TRIANGLE}f 1//{bad} 2//{bad} 3//{bad}\n"), &[]).unwrap();
+        let [notice] = &notices[..] else { panic!("{bad}: {notices:?}") };
+        assert!(notice.starts_with("model.obj: line 5: ") && notice.contains(bad), "{notice}");
+        assert!(notice.ends_with(&format!(" (the first of 3 such corners); {replaced}")), "{notice}");
+        assert_eq!((mesh.triangles.len(), mesh.vertex_normals()), (2, same_as_without.clone()), "{bad}");
+    }
+    // Several lines and both kinds make one notice for each kind.
+    let both = format!("{TRIANGLE}vn x\nvn 0 0 0\nvn 0 0 1\nvn\nf 1//1 2//9 3//3\n");
+    let expected = [
+        format!("model.obj: line 5: \"x\" is not a number (the first of 3 such normals); {replaced}"),
+        format!("model.obj: line 9: index 9 is out of range; 4 vn lines stand before it, counted from 1; {replaced}"),
+    ];
+    assert_eq!(noticed(both, &[]).unwrap().1, expected);
+}
+
+#[test]
+fn an_unknown_material_is_white_and_is_told() {
+    let files: &[(&str, &[u8])] = &[("m.mtl", MTL.as_bytes())];
+    let white = "its triangles are white";
+    let two = " (the first of 2 such materials)";
+    for (head, notice) in [
+        ("usemtl red\n", format!("model.obj: line 1: no material file defines \"red\"; {white}")),
+        (
+            "mtllib m.mtl\nusemtl red\nusemtl blue\n",
+            format!("model.obj: line 3: no material file defines \"blue\"; {white}"),
+        ),
+        (
+            "usemtl blue\nusemtl green\nmtllib m.mtl\nusemtl blue\n",
+            format!("model.obj: line 1: no material file defines \"blue\"{two}; {white}"),
+        ),
+    ] {
+        let (mesh, notices) = noticed(format!("{head}{TRIANGLE}"), files).unwrap();
+        assert_eq!((colours(&mesh), notices), (vec![[1.0; 3]], vec![notice]));
+    }
+    // A usemtl without a name means no material.
+    assert_eq!(noticed(format!("mtllib m.mtl\nusemtl\n{TRIANGLE}"), files).unwrap().1, [""; 0]);
 }
 
 #[test]
@@ -349,58 +469,189 @@ fn one_or_several_material_files_are_found_in_the_folder() {
 }
 
 #[test]
-fn bad_material_files_are_refused() {
-    let bad = [
-        ("newmtl\n", "line 1: newmtl needs a name"),
-        ("\n\nKd 1 1 1\n", "line 3: Kd belongs after"),
-        ("newmtl a\nKd nan 0 0\n", "line 2: \"nan\" is not a finite number"),
-        ("newmtl a\nKd 0 1e999 0\n", "line 2: \"1e999\" is not a finite number"),
-        ("newmtl a\nKd 1 1\n", "line 2: Kd needs three numbers"),
-        ("newmtl a\nKd\n", "line 2: Kd needs three numbers"),
-        ("newmtl a\nKd spectral a.rfl\n", "line 2: \"spectral\" is not a number"),
-    ];
-    for (mtl, message) in bad {
-        refused(load_beside(format!("mtllib m.mtl\n{TRIANGLE}"), &[("m.mtl", mtl)]), &["m.mtl", message]);
+fn a_material_file_is_found_beside_the_model_by_the_last_part_of_its_name() {
+    let files = [("foo bar.mtl", "newmtl a\nKd 1 0 0"), ("b.mtl", "newmtl a\nKd 0 1 0\nnewmtl b\nKd 0 0 1")];
+    for name in [
+        "foo bar.mtl",
+        "./foo bar.mtl",
+        ".\\foo bar.mtl  ",
+        "\"foo bar.mtl\"",
+        "\"C:\\Users\\A B\\models\\foo bar.mtl\"",
+        "C:\\Users\\A B\\models\\foo bar.mtl\r",
+        "C:/Users/A B/foo bar.mtl",
+        "\\\\server\\share\\foo bar.mtl",
+        "/home/somebody/foo bar.mtl",
+        "../textures/foo bar.mtl",
+        "materials/foo bar.mtl",
+        "Foo Bar.MTL",
+        "D:\\FOO BAR.mtl",
+        "b.mtl/../foo bar.mtl",
+        "foo bar.mtl # walls",
+        "./FOO bar.mtl\t#walls # b",
+    ] {
+        let mesh = load_beside(format!("mtllib {name}\nusemtl a\n{TRIANGLE}"), &files).unwrap();
+        assert_eq!(colours(&mesh), [[1.0, 0.0, 0.0]], "{name}");
     }
-    refused(load_beside(format!("{TRIANGLE}mtllib m.mtl\n"), &[]), &["line 5", "m.mtl", "cannot be read"]);
-    refused(load_beside(format!("mtllib\n{TRIANGLE}"), &[]), &["line 1", "needs a file name"]);
-    refused(load_beside(format!("mtllib sub\n{TRIANGLE}"), &[("sub/m.mtl", MTL)]), &["line 1", "is not a file"]);
+    // These are several names, each of which may have a folder.
+    for (names, colour) in [("b.mtl C:\\x\\b.mtl", [0.0, 1.0, 0.0]), ("x/B.MTL ../b.mtl", [0.0, 1.0, 0.0])] {
+        let mesh = load_beside(format!("mtllib {names}\nusemtl a\n{TRIANGLE}"), &files).unwrap();
+        assert_eq!(colours(&mesh), [colour], "{names}");
+    }
+    let some: &[(&str, &[u8])] = &[("b.mtl", b"newmtl b\nKd 0 0 1")];
+    let (mesh, notices) = noticed(format!("mtllib none.mtl b.mtl\nusemtl b\n{TRIANGLE}"), some).unwrap();
+    assert_eq!(colours(&mesh), [[0.0, 0.0, 1.0]]);
+    assert_eq!(
+        notices,
+        ["model.obj: line 1: material file \"none.mtl\" is not beside the model; its materials are white"]
+    );
+    // A name in another case counts only if it is one file's.
+    #[cfg(target_os = "linux")]
+    {
+        let two: &[(&str, &[u8])] = &[("A.mtl", b"newmtl b\nKd 0 0 1"), ("a.MTL", b"newmtl b\nKd 0 1 0")];
+        let (mesh, notices) = noticed(format!("mtllib a.mtl\nusemtl b\n{TRIANGLE}"), two).unwrap();
+        assert_eq!((colours(&mesh), notices.len()), (vec![[1.0; 3]], 1), "{notices:?}");
+    }
 }
 
 #[test]
-fn material_files_stay_inside_the_models_folder() {
+#[cfg(unix)]
+fn names_that_are_not_utf8_are_bytes_and_stay_apart() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = TempDir::new().unwrap();
+    let file = |name: &[u8]| folder.path().join(std::ffi::OsStr::from_bytes(name));
+    fs::write(file(b"caf\xe9.mtl"), b"newmtl \xe8\nKd 1 0 0\nnewmtl \xe9\nKd 0 1 0\n").unwrap();
+    fs::write(file("h\u{e9}.mtl".as_bytes()), "newmtl h\nKd 0 0 1\n").unwrap();
+    // The names of the second file and of its material are the same letters in UTF-8 and in Latin-1.
+    let obj = [b"mtllib caf\xe9.mtl\nmtllib h\xe9.mtl\n".as_slice(), TRIANGLE.as_bytes()].concat();
+    let obj = [&obj, b"usemtl \xe8\nf 1 2 3\nusemtl \xe9 \nf 1 2 3\nusemtl h\nf 1 2 3".as_slice()].concat();
+    let model = file(b"mod\xe8le.obj");
+    fs::write(&model, obj).unwrap();
+    let scene = Scene::open(&model).unwrap();
+    assert_eq!(colours(&scene.mesh), [[1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert_eq!((scene.name.as_str(), scene.notices.len()), ("mod\u{fffd}le", 0), "{:?}", scene.notices);
+    let missing = [b"mtllib \xfc\n".as_slice(), TRIANGLE.as_bytes()].concat();
+    assert!(noticed(missing, &[]).unwrap().1[0].contains("line 1: material file \"\u{fffd}\" is not beside"));
+    refused(Scene::open(file(b"\xff.obj")), &["\u{fffd}.obj: no such file"]);
+}
+
+#[test]
+fn a_bad_material_file_is_white_and_is_told_once_with_count_and_first_line() {
+    let colour = "its material is white";
+    let library = "its materials are white";
+    let bad: [(&[u8], String); 13] = [
+        (b"\n\nKd 1 1 1\n", format!("line 3: Kd belongs after a newmtl; {colour}")),
+        (b"newmtl a\nKd nan 0 0\n", format!("line 2: \"nan\" is not a finite number; {colour}")),
+        (b"newmtl a\nKd 0 1e999 0\n", format!("line 2: \"1e999\" is not a finite number; {colour}")),
+        (b"newmtl a\nKd 1 1\n", format!("line 2: Kd needs three numbers, red green blue; {colour}")),
+        (b"newmtl a\nKd\n", format!("line 2: Kd needs three numbers, red green blue; {colour}")),
+        (b"newmtl a\nKd 0,5 0,5 0,5\n", format!("line 2: \"0,5\" is not a number; write a decimal point; {colour}")),
+        (
+            b"newmtl a\nKd spectral a.rfl 1\n",
+            format!("line 2: Kd spectral is not read, only Kd red green blue; {colour}"),
+        ),
+        (b"newmtl a\nKd xyz 1 1 1\n", format!("line 2: Kd xyz is not read, only Kd red green blue; {colour}")),
+        (
+            b"newmtl a\rKd x\rnewmtl b\rKd 1 2\rKd y\r",
+            format!("line 2: \"x\" is not a number (the first of 3 such colours); {colour}"),
+        ),
+        (b"\xff\xfen\0e\0w\0", format!("this is text in UTF-16, and not MTL; {library}")),
+        (b"\x89PNG\r\n\x1a\n", format!("this is a PNG picture, and not MTL; {library}")),
+        (
+            &[b' '; 3 << 20],
+            format!("line 1: more than 2097152 bytes on one line; give a text file, OBJ or MTL; {library}"),
+        ),
+        (b"newmtl\nKd 1 0 0\n", String::new()),
+    ];
+    for (mtl, notice) in bad {
+        let (mesh, notices) = noticed(format!("mtllib m.mtl\n{TRIANGLE}"), &[("m.mtl", mtl)]).unwrap();
+        let expected = if notice.is_empty() { vec![] } else { vec![format!("m.mtl: {notice}")] };
+        assert_eq!((colours(&mesh), notices), (vec![[1.0; 3]], expected));
+    }
+    // The other colours of the file are read.
+    let mtl = b"newmtl b\nKd x\nnewmtl a\nKd 1 0 0\n".as_slice();
+    let (mesh, notices) = noticed(format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}"), &[("m.mtl", mtl)]).unwrap();
+    assert_eq!((colours(&mesh), notices.len()), (vec![[1.0, 0.0, 0.0]], 1));
+
+    let told = |head: &str, files: &[(&str, &[u8])]| {
+        let (mesh, notices) = noticed(format!("{head}\nusemtl a\n{TRIANGLE}"), files).unwrap();
+        assert_eq!(colours(&mesh), [[1.0; 3]], "{head}");
+        let [notice] = <[String; 1]>::try_from(notices).unwrap_or_else(|notices| panic!("{head}: {notices:?}"));
+        notice
+    };
+    let missing = "material file \"m.mtl\" is not beside the model";
+    assert_eq!(told("mtllib m.mtl", &[]), format!("model.obj: line 1: {missing}; {library}"));
+    assert_eq!(
+        told("\nmtllib m.mtl\nmtllib n.mtl", &[]),
+        format!("model.obj: line 2: {missing} (the first of 2 such material files); {library}")
+    );
+    assert_eq!(told("mtllib", &[]), format!("model.obj: line 1: mtllib names no file; {library}"));
+    assert_eq!(
+        told("mtllib sub", &[("sub/m.mtl", MTL.as_bytes())]),
+        format!("model.obj: line 1: material file \"sub\" is not a file; {library}")
+    );
+    for name in ["..", ".", "/", "C:\\", "a\0b", "\u{1b}[2J", &"x".repeat(70_000)] {
+        let notice = told(&format!("mtllib {name}"), &[]);
+        assert!(notice.starts_with("model.obj: line 1: material file \"") && notice.len() < 300, "{notice}");
+        assert!(!notice.contains(char::is_control), "{notice:?}");
+    }
+    let many: String = (0..300).map(|i| format!("mtllib {i}.mtl\n")).collect();
+    let first = "of which only these are read; join them into one (the first of 300 such material files)";
+    assert_eq!(told(&many, &[]), format!("model.obj: line 201: more than 200 material files, {first}; {library}"));
+}
+
+#[test]
+fn material_files_outside_the_models_folder_are_not_opened() {
     let folder = TempDir::new().unwrap();
     let inside = folder.path().join("inside");
     fs::create_dir(&inside).unwrap();
     fs::write(folder.path().join("secret.mtl"), MTL).unwrap();
     let model = inside.join("model.obj");
     let load = |name: &str| {
-        fs::write(&model, format!("mtllib {name}\n{TRIANGLE}")).unwrap();
-        Mesh::load_obj(&model)
+        fs::write(&model, format!("mtllib {name}\nusemtl red\n{TRIANGLE}")).unwrap();
+        let (mesh, notices) = Mesh::load_obj(&model).unwrap();
+        (colours(&mesh)[0], notices.concat())
     };
+    let white = |name: &str, why: &str| {
+        let (colour, notice) = load(name);
+        assert_eq!(colour, [1.0; 3], "{name}");
+        assert!(notice.contains("line 1") && notice.contains(why), "{name}: {notice}");
+    };
+    let red = |name: &str| assert_eq!(load(name), ([1.0, 0.0, 0.0], String::new()), "{name}");
     let absolute = folder.path().join("secret.mtl");
-    for name in ["../secret.mtl", "..\\secret.mtl", "a/../../secret.mtl", "C:\\secret.mtl", absolute.to_str().unwrap()]
-    {
-        refused(load(name), &["line 1", "leads out of the model's folder"]);
+    let outside =
+        ["../secret.mtl", "..\\secret.mtl", "a/../../secret.mtl", "C:\\secret.mtl", absolute.to_str().unwrap()];
+    for name in outside {
+        white(name, "secret.mtl\" is not beside the model");
     }
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(&absolute, inside.join("link.mtl")).unwrap();
         std::os::unix::fs::symlink(folder.path(), inside.join("sub")).unwrap();
-        refused(load("link.mtl"), &["leads out of the model's folder"]);
-        refused(load("sub/secret.mtl"), &["leads out of the model's folder"]);
+        white("link.mtl", "leads out of the model's folder");
+        white("LINK.mtl", "leads out of the model's folder");
+        white("sub/secret.mtl", "leads out of the model's folder");
+        // Opening a pipe would wait for ever, and a device may never end.
+        assert!(Command::new("mkfifo").arg(inside.join("pipe.mtl")).status().unwrap().success());
+        white("pipe.mtl", "is not a file");
+        white("../x/PIPE.mtl", "is not a file");
+        std::os::unix::fs::symlink("/dev/zero", inside.join("zero.mtl")).unwrap();
+        white("zero.mtl", "leads out of the model's folder");
         fs::write(inside.join("m.mtl"), MTL).unwrap();
         std::os::unix::fs::symlink("m.mtl", inside.join("alias.mtl")).unwrap();
-        assert!(load("alias.mtl").is_ok());
+        red("alias.mtl");
         // Some package stores make a folder of links to a model and its material.
         let links = folder.path().join("links");
         fs::create_dir(&links).unwrap();
-        fs::write(&model, format!("mtllib m.mtl\n{TRIANGLE}")).unwrap();
+        red("m.mtl");
         for name in ["model.obj", "m.mtl"] {
             std::os::unix::fs::symlink(inside.join(name), links.join(name)).unwrap();
-            assert!(Mesh::load_obj(&links.join("model.obj")).is_ok());
+            let (mesh, notices) = Mesh::load_obj(&links.join("model.obj")).unwrap();
+            assert_eq!((colours(&mesh)[0], notices.len()), ([1.0, 0.0, 0.0], 0));
         }
     }
+    // The file of that name beside the model is read in place of the one outside.
+    fs::write(inside.join("secret.mtl"), MTL).unwrap();
+    outside.into_iter().for_each(red);
 }
 
 #[test]
@@ -428,8 +679,9 @@ fn damaged_files_load_or_are_refused_in_one_line() {
         fs::write(&path, damaged(obj)).unwrap();
         fs::write(folder.path().join("m.mtl"), damaged(mtl)).unwrap();
         match Mesh::load_obj(&path) {
-            Ok(mesh) => {
+            Ok((mesh, notices)) => {
                 loaded += 1;
+                assert!(notices.len() <= 5 && notices.iter().all(|notice| notice.lines().count() == 1), "{notices:?}");
                 assert!(mesh.vertex_normals().iter().all(|n| (n.length() - 1.0).abs() < 1e-12));
             }
             error => {
@@ -527,7 +779,7 @@ fn the_cornell_box_has_the_published_measurements() {
     let x_of = |group: usize| mesh.triangles[mesh.groups[group].triangles.start].map(|i| mesh.positions[i as usize].x);
     assert!(x_of(1).iter().all(|x| *x > 549.0) && x_of(2).iter().all(|x| *x == 0.0));
     // The shipped file must equal the built-in scene.
-    assert_eq!(&Mesh::load_obj(&shipped("cornell_box.obj")).unwrap(), mesh);
+    assert_eq!(Mesh::load_obj(&shipped("cornell_box.obj")).unwrap(), (mesh.clone(), Vec::new()));
 }
 
 /// Returns the nave, the camera for a picture of it, and the direction through the middle of each pixel.

@@ -8,28 +8,39 @@ use std::io::BufReader;
 use std::path::Path;
 
 /// Reads a model, with `mtl` as the content of every `mtllib` that the model names. The result must be a consistent
-/// mesh or a one-line error. Returns true if it is a mesh.
-pub(crate) fn model(obj: &[u8], mtl: &[u8]) -> bool {
+/// mesh, with one line for each kind of thing that was left out, or a one-line error about the model. Returns these
+/// lines if there is a mesh.
+pub(crate) fn model(obj: &[u8], mtl: &[u8]) -> Option<Vec<String>> {
     let path = Path::new("model.obj");
     let result = Mesh::read_obj(obj, path, |_| Ok(mtl));
     // This reads the same bytes in small pieces, as from a slow pipe.
     let in_pieces = Mesh::read_obj(BufReader::with_capacity(7, obj), path, |_| Ok(BufReader::with_capacity(3, mtl)));
+    let lines = obj.iter().chain(mtl).filter(|&&byte| matches!(byte, b'\n' | b'\r')).count() + 2;
+    let line_of = |message: &str| {
+        let line = message.split_once(": line ").map(|(_, rest)| rest.split(':').next().unwrap().parse().unwrap());
+        line.inspect(|line: &usize| assert!((1..=lines).contains(line), "no valid line: {message}"))
+    };
     match (result, in_pieces) {
-        (Ok(mesh), Ok(same)) => {
-            assert_eq!(mesh, same, "reading in pieces gives another mesh");
+        (Ok((mesh, notices)), Ok(same)) => {
+            assert_eq!((&mesh, &notices), (&same.0, &same.1), "reading in pieces gives another mesh");
             holds_together(&mesh);
-            true
+            assert!(notices.len() <= 5, "{notices:?}");
+            for notice in &notices {
+                one_line(notice);
+                assert!(line_of(notice).is_some() || notice.contains(": this is "), "no valid line: {notice}");
+            }
+            Some(notices)
         }
         (Err(error), Err(same)) => {
             let message = error.to_string();
             assert_eq!(message, same.to_string());
             assert!(!error.is_usage(), "{message}");
             one_line(&message);
-            let lines = obj.iter().chain(mtl).filter(|&&byte| byte == b'\n').count() + 2;
-            let line = message.split_once(": line ").map(|(_, rest)| rest.split(':').next().unwrap().parse().unwrap());
-            let whole = message.starts_with("model.obj: holds no faces");
-            assert!(whole || line.is_some_and(|line: usize| (1..=lines).contains(&line)), "no valid line: {message}");
-            false
+            let whole = ["holds no faces", "is empty", "this is "].map(|what| format!("model.obj: {what}"));
+            let whole = whole.iter().any(|what| message.starts_with(what));
+            assert!(message.starts_with("model.obj: "), "the model is refused because of its materials: {message}");
+            assert!(whole || line_of(&message).is_some(), "no valid line: {message}");
+            None
         }
         (result, in_pieces) => panic!("{result:?}, but read in pieces {in_pieces:?}"),
     }

@@ -1,0 +1,58 @@
+//! Collects what a model's files hold that is left out: material files, colours and normals that cannot be read. No
+//! model is refused because of them, and each kind is told in one line.
+
+use std::collections::BTreeMap;
+
+/// A kind of thing that is left out. The kinds are told in this order.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Kind {
+    /// A `vn` statement that gives no direction.
+    Normal,
+    /// A corner whose index of a normal is wrong.
+    NormalIndex,
+    /// A material file that cannot be read.
+    Library,
+    /// A `Kd` statement that gives no colour.
+    Colour,
+    /// A material that a `usemtl` statement names and no material file defines.
+    Material,
+}
+
+impl Kind {
+    /// Returns the plural that counts things of this kind, and what is done about them.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Kind::Normal => ("normals", "the triangles give the normal there"),
+            Kind::NormalIndex => ("corners", "the triangles give the normal there"),
+            Kind::Library => ("material files", "its materials are white"),
+            Kind::Colour => ("colours", "its material is white"),
+            Kind::Material => ("materials", "its triangles are white"),
+        }
+    }
+}
+
+/// The first thing of each kind, in words that begin with its file and line, and how many there are.
+#[derive(Default)]
+pub(super) struct Notices(BTreeMap<Kind, (String, u64)>);
+
+impl Notices {
+    /// Counts one thing. `first` describes it, and is called only if it is the first of its kind.
+    pub(super) fn add(&mut self, kind: Kind, first: impl FnOnce() -> String) {
+        self.0.entry(kind).or_insert_with(|| (first(), 0)).1 += 1;
+    }
+
+    /// Returns true if there is a notice of this kind.
+    pub(super) fn has(&self, kind: Kind) -> bool {
+        self.0.contains_key(&kind)
+    }
+
+    /// Returns one line for each kind.
+    pub(super) fn lines(self) -> Vec<String> {
+        let line = |(kind, (first, count)): (Kind, (String, u64))| {
+            let (such, then) = kind.words();
+            let of = if count > 1 { format!(" (the first of {count} such {such})") } else { String::new() };
+            format!("{first}{of}; {then}")
+        };
+        self.0.into_iter().map(line).collect()
+    }
+}
