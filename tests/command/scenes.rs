@@ -1,5 +1,5 @@
-//! Checks that the command reads scenes as other programs write and name them: what is left out of a scene does not stop
-//! any verb, and is told in one line for each kind.
+//! Checks that the command reads scenes as other programs write and name them: what is left out of a scene stops no
+//! verb, and is told in one line for each kind.
 
 use crate::rig::command::{cached, hbao, notices, of_arguments, texts, with_shader_cache};
 use std::fs;
