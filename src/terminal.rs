@@ -10,7 +10,7 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 /// Whether stdout carries a file, as with `-o -`.
 static STDOUT_IS_A_FILE: AtomicBool = AtomicBool::new(false);
 
-/// Turns off notices and progress. Results and errors are still written.
+/// Turns off notices and progress. Errors, and results that go to stdout, are still written.
 pub(crate) fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
@@ -34,10 +34,12 @@ pub(crate) fn say(line: &str) {
 }
 
 /// Writes a result to stdout. It is no error if the reader closes the pipe early, as `head` does. If stdout carries a
-/// file, the result goes to stderr.
+/// file, the result goes to stderr, as notices do.
 pub(crate) fn print(text: &str) -> Result<(), Error> {
     if STDOUT_IS_A_FILE.load(Ordering::Relaxed) {
-        let _ = io::stderr().write_all(text.as_bytes());
+        if !QUIET.load(Ordering::Relaxed) {
+            let _ = io::stderr().write_all(text.as_bytes());
+        }
         return Ok(());
     }
     let mut stdout = io::stdout();

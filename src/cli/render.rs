@@ -19,8 +19,8 @@ use std::path::PathBuf;
 const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
 const EXPLANATION: &str = "\
-Each image also holds the settings that it was made with: a PNG in the text chunk 'hbao', an EXR in the attribute 'hbao'.
---settings reads them back. Of the scene's path they hold the file's name alone. --no-metadata leaves them out.
+Each image also holds the settings that it was made with, and the name of the scene's file without its folder: a PNG in
+the text chunk 'hbao', an EXR in the attribute 'hbao'. --settings reads them back, and --no-metadata leaves them out.
 
 Examples:
   hbao render -o cornell.png

@@ -41,7 +41,7 @@ pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced
     Ok(traced)
 }
 
-/// Returns the notice that the driver gives another number of samples per pixel than `--msaa`, or its default, asks for.
+/// Returns the notice that the driver gives another number of samples per pixel than `--msaa` or its default asks for.
 /// `None` if it gives as many.
 pub(crate) fn samples_given(asked: u32, given: u32) -> Option<String> {
     let samples = if given == 1 { "sample" } else { "samples" };

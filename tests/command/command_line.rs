@@ -258,6 +258,8 @@ mod standard_output {
             assert!(texts(&output)[1].contains("Figure 1 of the talk"), "the tables go to stderr");
             assert!(json(&redirected(folder.path(), &format!("{bench} {name}")))["rows"].is_array());
         }
+        let [stdout, stderr] = succeeds(folder.path(), &format!("{bench} - --quiet"));
+        assert!(json(stdout.as_bytes())["rows"].is_array() && stderr.is_empty());
         let timings = cached(folder.path(), "render -o a.png --size 9x7 --timings -");
         assert!(json(&timings.stdout)["passes"].is_array());
         refuses(&[

@@ -110,13 +110,13 @@ const FLAGS: &[(&str, &[&str], &[&str])] = &[
     ("--show", &["final", "ao", "ao-raw", "color", "depth", "normals", "edges"], &["all", ""]),
     ("--apply", &["all", "ambient"], &["none"]),
     ("--dump", &["dumped"], &["none/dumped", ""]),
-    ("--timings", &["t.json"], &["t.png", "none/t.json", ""]),
+    ("--timings", &["t.json", "-"], &["t.png", "none/t.json", ""]),
     ("--json", &["j.json"], &["j", "none/j.json"]),
     ("--max-error", &["0.5"], &["0", "nan", "-1", "inf"]),
     ("--max-ms", &["5"], &["0", "nan", "1e999"]),
     ("--only", &["figure1"], &["", "figure2", "table,,"]),
     ("--models", &[], &["none", "/dev/null", ""]),
-    ("-o", &["out.png", "out.exr"], &["out", ".png", "none/out.png", "", ".", "/", "out.png/"]),
+    ("-o", &["out.png", "out.exr", "-"], &["out", ".png", "none/out.png", "", ".", "/", "out.png/"]),
 ];
 
 /// Values that are valid for no flag.
@@ -177,7 +177,7 @@ fn draw(choices: &mut Draw, seeds: &[PathBuf]) -> Vec<OsString> {
             continue;
         }
         if taken {
-            // A flag given twice would be refused for that, whatever its value is, so the first one is removed.
+            // Of a flag given twice the last value counts, so the first one, which would not be tried, is removed.
             let at = arguments.iter().position(|argument| argument == flag).unwrap();
             arguments.drain(at..(at + 2).min(arguments.len()));
         }
