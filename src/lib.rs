@@ -44,6 +44,8 @@ pub mod reference;
 #[cfg(feature = "render")]
 pub mod scene;
 pub mod settings;
+#[cfg(feature = "render")]
+mod threads;
 mod tile;
 
 pub use ambient_occlusion::{AmbientOcclusion, Inputs};

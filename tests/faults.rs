@@ -11,6 +11,8 @@ mod command;
 #[path = "rig/process.rs"]
 #[allow(dead_code, unreachable_pub)]
 mod process;
+#[path = "faults/threads.rs"]
+mod threads;
 
 use command::{HBAO, by, hbao, with_shader_cache};
 use std::collections::BTreeMap;
@@ -34,11 +36,13 @@ const DUMP: &str = "render /dev/stdin -o out.png --dump dump --timings times.jso
 fn with_pipes(mut command: Command) -> Command {
     with_shader_cache(&mut command);
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    // A shell runs background jobs with SIGINT ignored, and the command would inherit this.
-    // SAFETY: between fork and exec only this one call is made, which is safe there.
+    // A shell runs background jobs with SIGINT ignored, `nohup` runs a program with SIGHUP ignored, and a script may
+    // ignore any signal. The command would inherit this.
+    // SAFETY: between fork and exec only this call is made, which is safe there. It fails for SIGKILL and SIGSTOP, which
+    // cannot be ignored.
     unsafe {
         command.pre_exec(|| {
-            libc::signal(libc::SIGINT, libc::SIG_DFL);
+            (1..32).for_each(|signal| _ = libc::signal(signal, libc::SIG_DFL));
             Ok(())
         });
     }
@@ -179,6 +183,26 @@ fn assert_ended(output: &Output, signal: i32) {
 
 mod killed {
     use super::*;
+
+    /// Otherwise the other tests would wait for the end of a command that ignores the signal.
+    #[test]
+    fn by_a_signal_that_the_tests_themselves_ignore_it_ends() {
+        process::in_own_process("by_a_signal_that_the_tests_themselves_ignore_it_ends", &[], || {
+            for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGHUP] {
+                // SAFETY: ignoring a signal needs no handler.
+                unsafe { libc::signal(signal, libc::SIG_IGN) };
+                let folder = tempfile::tempdir().unwrap();
+                let mut child = start(folder.path(), "render /dev/stdin -o a.png --size 8x8");
+                wait_for_the_scene(&mut child);
+                let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+                send(&child, libc::SIGKILL);
+                child.wait().unwrap();
+                let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
+                let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
+                assert_eq!(ignored >> (signal - 1) & 1, 0, "{signal}: {ignored:x}");
+            }
+        });
+    }
 
     const KILLS: u32 = 60;
 

@@ -256,11 +256,12 @@ fn every_shader_has_its_pass_and_every_pass_that_computes_has_its_twin() {
 
 /// The rooms of the library, and what each may import of the others. `measure` sees images, numbers and a way to
 /// render; of the passes it sees the types that stand in the library's interface.
-const ROOMS: [(&str, &[&str]); 13] = [
+const ROOMS: [(&str, &[&str]); 14] = [
     ("error", &[]),
     ("projection", &[]),
+    ("threads", &[]),
     ("settings", &["error"]),
-    ("context", &["error"]),
+    ("context", &["error", "threads"]),
     ("image", &["error"]),
     ("tile", &["image", "settings"]),
     ("scene", &["error", "projection"]),
@@ -268,7 +269,7 @@ const ROOMS: [(&str, &[&str]); 13] = [
     ("pass", &["error", "gl", "projection", "scene", "settings", "tile"]),
     ("ambient_occlusion", &["error", "gl", "image", "pass", "projection", "settings"]),
     ("pipeline", &["error", "ambient_occlusion", "gl", "image", "pass", "scene", "settings"]),
-    ("reference", &["error", "image", "projection", "scene", "settings"]),
+    ("reference", &["error", "image", "projection", "scene", "settings", "threads"]),
     (
         "measure",
         &[

@@ -1,12 +1,13 @@
 //! `hbao info`: prints the driver, the limits and the formats that each backend gives on this machine.
 
+use super::session::limit_threads;
 use crate::terminal::print;
 use clap::Command;
 use glow::HasContext as _;
 use hbao::context::{Backend, Context};
 use hbao::{Error, Format, Timers, format_renders, size_limit};
 use std::fmt::Write as _;
-use std::thread;
+use std::panic::catch_unwind;
 
 /// Makes the verb, which has no flags.
 pub(crate) fn command() -> Command {
@@ -17,12 +18,12 @@ pub(crate) fn command() -> Command {
 
 /// Prints the driver, the limits and the formats of each backend, or why the backend gives no context.
 pub(crate) fn run() -> Result<(), Error> {
+    limit_threads();
     let mut text = String::new();
     let mut failures = Vec::new();
     for backend in [Backend::Egl, Backend::Osmesa] {
-        // A context stays current on the thread that made it, so each backend needs a thread of its own.
-        let findings = thread::spawn(move || findings(backend)).join();
-        let findings = findings.unwrap_or_else(|_| Err(Error::Context(format!("{}: it crashed", backend.name()))));
+        let findings = catch_unwind(|| findings(backend))
+            .unwrap_or_else(|_| Err(Error::Context(format!("{}: it crashed", backend.name()))));
         match findings {
             Ok(findings) => text += &findings,
             Err(error) => {

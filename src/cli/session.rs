@@ -2,7 +2,7 @@
 
 use crate::terminal::{bar, say};
 use hbao::Error;
-use hbao::context::{Backend, Context};
+use hbao::context::{Backend, Context, fewer_threads};
 use hbao::measure::Shot;
 use hbao::reference::truth::{Traced, Truth};
 use hbao::settings::Settings;
@@ -12,11 +12,28 @@ use std::time::Instant;
 /// pixel.
 const MOST_PIXELS: u64 = 1 << 26;
 
-/// Opens a context, and reports which backend gave it.
+/// Gives llvmpipe fewer threads if it cannot have all that it wants, because it would wait for them for ever. Returns
+/// their number in this case. This must be called before the first context is opened.
+pub(crate) fn limit_threads() -> Option<usize> {
+    let fewer = fewer_threads()?;
+    // SAFETY: no driver has been loaded, so that all threads of this process run Rust code only. It reads the
+    // environment under the lock that this function takes.
+    unsafe { std::env::set_var("LP_NUM_THREADS", fewer.to_string()) };
+    Some(fewer)
+}
+
+/// Opens the command's only context, and reports which backend gave it.
 pub(crate) fn open_context(backend: Backend) -> Result<Context, Error> {
+    let fewer = limit_threads();
     let context = Context::open(backend)?;
     context.passed_over().into_iter().for_each(say);
     say(&context.describe());
+    if let Some(fewer) = fewer.filter(|_| context.renderer().contains("llvmpipe")) {
+        say(&format!(
+            "llvmpipe cannot start all of its threads (ulimit -u, or pids.max of the control group): \
+             LP_NUM_THREADS={fewer} is used"
+        ));
+    }
     Ok(context)
 }
 

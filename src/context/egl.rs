@@ -1,6 +1,6 @@
 //! Opens a context with EGL, on an EGL device rather than a display, and without a surface.
 
-use super::remedy;
+use super::environment::remedy;
 use crate::Error;
 use glutin::api::egl::context::PossiblyCurrentContext;
 use glutin::api::egl::device::Device;

@@ -16,6 +16,8 @@
 //! # Ok::<(), hbao::Error>(())
 //! ```
 
+mod driver_threads;
+mod environment;
 // glutin has EGL on Windows and on Unix, except on Apple's systems and the web (`egl_backend` in its build script).
 // libloading opens libraries on Windows and on Unix. On every other target, a stand-in with the same interface reports
 // that the backend is missing.
@@ -30,7 +32,11 @@ mod osmesa;
 #[path = "without_osmesa.rs"]
 mod osmesa;
 
+pub use driver_threads::fewer_threads;
+
 use crate::Error;
+use driver_threads::{check_zink, shortage};
+use environment::{check_for_osmesa, remedy};
 use glow::HasContext as _;
 use std::cell::Cell;
 use std::ffi::{CStr, c_void};
@@ -111,13 +117,23 @@ impl Context {
     ///
     /// # Errors
     ///
-    /// [`Error::Context`] if this thread already has a context, or if none can be opened. The message says why, and
-    /// what to install or to change.
+    /// [`Error::Context`] in these cases. The message says why, and what to install or to change.
+    ///
+    /// - This thread already has a context, or none can be opened.
+    /// - The environment has a variable with which Mesa would crash or wait for ever.
+    /// - The driver is Mesa's llvmpipe, and it cannot start all of its threads. See [`fewer_threads`].
     pub fn open(backend: Backend) -> Result<Context, Error> {
+        environment::check()?;
         match backend {
             Backend::Auto => Context::open_first(&[Backend::Egl, Backend::Osmesa]),
-            Backend::Egl => Context::open_on(|| egl::Egl::open().map(Platform::Egl)),
-            Backend::Osmesa => Context::open_on(|| osmesa::Osmesa::open().map(Platform::Osmesa)),
+            Backend::Egl => Context::open_on(|| {
+                check_zink()?;
+                egl::Egl::open().map(Platform::Egl)
+            }),
+            Backend::Osmesa => Context::open_on(|| {
+                check_for_osmesa()?;
+                osmesa::Osmesa::open().map(Platform::Osmesa)
+            }),
         }
     }
 
@@ -137,12 +153,17 @@ impl Context {
 
     fn open_on(open: impl FnOnce() -> Result<Platform, Error>) -> Result<Context, Error> {
         let place = ThreadsPlace::take()?;
+        let fewer = fewer_threads();
         let platform = open()?;
         // SAFETY: the platform's context is current on this thread, and the addresses come from that platform.
         let gl = unsafe { glow::Context::from_loader_function_cstr(|name| platform.get_proc_address(name)) };
         let context = Context { gl: Arc::new(gl), platform, passed_over: None, _place: place, _stays: PhantomData };
         context.check_version()?;
-        Ok(context)
+        match fewer {
+            // zink's name for itself contains that of the driver below it.
+            Some(fewer) if context.renderer().contains("llvmpipe") => Err(shortage(context.backend().name(), fewer)),
+            _ => Ok(context),
+        }
     }
 
     /// Refuses a context that is not OpenGL 3.3 core. Drivers give at least the version that was asked for, or fail.
@@ -219,15 +240,6 @@ impl fmt::Debug for Context {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Context").field("backend", &self.backend()).finish_non_exhaustive()
     }
-}
-
-/// Advice for the user when a driver refuses: `first`, followed by the environment variables that are set and may have
-/// caused the refusal, to be unset.
-fn remedy(first: &str) -> String {
-    const VARIABLES: [&str; 4] =
-        ["GALLIUM_DRIVER", "LIBGL_DRIVERS_PATH", "MESA_GL_VERSION_OVERRIDE", "MESA_LOADER_DRIVER_OVERRIDE"];
-    let set: Vec<_> = VARIABLES.into_iter().filter(|variable| std::env::var_os(variable).is_some()).collect();
-    if set.is_empty() { first.into() } else { format!("{first}, or unset {}", set.join(" and ")) }
 }
 
 /// The context of either library. It is current from when it is opened until it is dropped.

@@ -1,7 +1,7 @@
 //! Opens a context with OSMesa, a library that holds Mesa's software drivers and renders to memory. The library is
 //! loaded at run time.
 
-use super::remedy;
+use super::environment::remedy;
 use crate::Error;
 use libloading::Library;
 use std::ffi::{CStr, OsStr, c_char, c_int, c_uint, c_void};

@@ -9,6 +9,7 @@ use super::sampling::{EXACT, Shift};
 use crate::Error;
 use crate::image::Image;
 use crate::settings::{BlurKernel, DepthSigma, Edges, MethodBlur, Settings};
+use crate::threads::on_all_cores;
 use rayon::prelude::*;
 
 /// Blurs `ao` as the settings say, with weights from `depth`, and upsamples it to the size of `depth`. Depth is linear,
@@ -120,7 +121,8 @@ impl Pass<'_> {
             let (x, y) = ((i % width) as i64 * self.to[0], (i / width) as i64 * self.to[1]);
             self.around(x, y, self.depth.at(x as usize, y as usize))
         };
-        Image { width, height, texels: (0..width * height).into_par_iter().map(texel).collect() }
+        let texels = on_all_cores(|| (0..width * height).into_par_iter().map(texel).collect());
+        Image { width, height, texels }
     }
 
     /// Blurs the pixel (x, y) around the depth z.

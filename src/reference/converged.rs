@@ -21,6 +21,7 @@ use super::terms::Terms;
 use super::twin::Converged;
 use crate::Error;
 use crate::settings::{Clamp, Method, Settings, Snap};
+use crate::threads::on_all_cores;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -70,7 +71,7 @@ pub fn converged(inputs: &TwinInputs, settings: &Settings, pixels: &[usize]) -> 
         let Some(pixel) = refined(i) else { return 1.0 };
         method.visibility((0..method.count).map(|k| occlusion(&scene, &pixel, k, EXACT)).sum())
     };
-    Ok(pixels.par_iter().map(visibility).collect())
+    Ok(on_all_cores(|| pixels.par_iter().map(visibility).collect()))
 }
 
 /// Returns whether [`converged`] can compute the method.

@@ -5,6 +5,7 @@ use super::trace::Tracer;
 use crate::image::Image;
 use crate::scene::{Camera, Mesh};
 use crate::settings::Normals;
+use crate::threads::on_all_cores;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -73,6 +74,6 @@ pub fn gbuffer(
             diffuse: group.map_or([1.0; 3], |group| group.colour),
         }
     };
-    let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
+    let texels = on_all_cores(|| (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect());
     Image { width, height, texels }
 }

@@ -10,6 +10,7 @@ use super::trace::{Hit, Tracer};
 use crate::Error;
 use crate::scene::{Camera, Mesh};
 use crate::settings::{Attenuation, Settings};
+use crate::threads::on_all_cores;
 use glam::DVec3;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
@@ -90,7 +91,7 @@ impl<'a> Truth<'a> {
             progress(chunk.len());
             traced
         };
-        let halves: Vec<Option<[f64; 2]>> = pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
+        let halves: Vec<Option<[f64; 2]>> = on_all_cores(|| pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect());
         // The variance of one half is twice that of the mean of both halves, and the variance of the difference of the
         // halves is four times that of the mean. The sum is folded from 0 because an empty `sum()` is -0.
         let squares = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).fold(0.0, |sum, square| sum + square);

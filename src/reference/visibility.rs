@@ -6,6 +6,7 @@ use super::terms::Terms;
 use crate::Error;
 use crate::image::Image;
 use crate::settings::Settings;
+use crate::threads::on_all_cores;
 use rayon::prelude::*;
 
 /// Computes visibility A in [0, 1] by the method of the settings, before any blur. Background is 1. At half resolution
@@ -61,6 +62,6 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Setting
 
 fn image<T: Copy + Send>(scene: &MethodScene, texel: impl Fn(usize, usize) -> T + Sync) -> Image<T> {
     let (width, height) = scene.size();
-    let texels = (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect();
+    let texels = on_all_cores(|| (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect());
     Image { width, height, texels }
 }

@@ -197,6 +197,29 @@ fn a_compatibility_profile_is_refused_and_the_thread_left_free() {
     });
 }
 
+#[test]
+fn a_variable_with_which_mesa_crashes_is_refused_and_the_thread_left_free() {
+    let environment = [("MESA_GLSL_VERSION_OVERRIDE", OsStr::new("130"))];
+    in_own_process("a_variable_with_which_mesa_crashes_is_refused_and_the_thread_left_free", &environment, || {
+        for backend in BOTH.into_iter().chain([Backend::Auto]).chain(BOTH) {
+            assert_context_error(Context::open(backend), &["MESA_GLSL_VERSION_OVERRIDE=130", "unset it"]);
+        }
+    });
+}
+
+#[test]
+fn a_failure_names_every_variable_in_force_that_may_have_caused_it() {
+    let environment = [
+        ("__EGL_VENDOR_LIBRARY_FILENAMES", OsStr::new("/nonexistent")),
+        ("MESA_EXTENSION_OVERRIDE", OsStr::new("-GL_ARB_sync")),
+    ];
+    in_own_process("a_failure_names_every_variable_in_force_that_may_have_caused_it", &environment, || {
+        let unset = "unset MESA_EXTENSION_OVERRIDE and __EGL_VENDOR_LIBRARY_FILENAMES, or ";
+        assert_context_error(Context::open(Backend::Egl), &["egl", unset, "libegl1 libgl1-mesa-dri"]);
+        assert_context_error(Context::open(Backend::Osmesa), &["osmesa", unset, "update Mesa"]);
+    });
+}
+
 /// The dynamic linker looks into LD_LIBRARY_PATH first. A file there that is no library ends its search with an error.
 #[test]
 fn a_missing_library_is_an_error_that_names_its_debian_package() {
