@@ -4,7 +4,7 @@ use crate::terminal::{bar, say};
 use hbao::Error;
 use hbao::context::{Backend, Context, fewer_threads};
 use hbao::measure::Shot;
-use hbao::reference::truth::{Traced, Truth};
+use hbao::reference::truth::{Traced, Truth, Weight};
 use hbao::settings::Settings;
 use std::time::Instant;
 
@@ -38,12 +38,12 @@ pub(crate) fn open_context(backend: Backend) -> Result<Context, Error> {
 }
 
 /// Traces every pixel with a progress bar, and reports the speed and the noise of the result.
-pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32) -> Result<Traced, Error> {
+pub(crate) fn trace(shot: Shot, settings: &Settings, rays: u32, weight: Weight) -> Result<Traced, Error> {
     let Shot { mesh, camera, size: (width, height) } = shot;
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
         return Err(Error::Usage(format!("--size {width}x{height}: at most {MOST_PIXELS} pixels can be traced")));
     }
-    let truth = Truth::new(mesh, camera, (width as usize, height as usize), settings, rays)?;
+    let truth = Truth::new(mesh, camera, (width as usize, height as usize), settings, rays)?.weighted(weight);
     let pixels: Vec<usize> = (0..width as usize * height as usize).collect();
     let start = Instant::now();
     let progress = bar(pixels.len() as u64, "pixels traced");

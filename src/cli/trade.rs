@@ -13,6 +13,7 @@ use hbao::measure::decomposition::{TruthAt, decompose_all, subset};
 use hbao::measure::errors::too_noisy;
 use hbao::measure::trade::{chapter, measure, sweep};
 use hbao::measure::{Shot, TruthImage};
+use hbao::reference::truth::Weight;
 use hbao::{Error, check_size};
 use serde_json::json;
 
@@ -73,7 +74,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let gl = context.gl();
     check_size(gl, flags.size.0, flags.size.1)?;
     let shot = Shot { mesh: &scene.mesh, camera: &camera, size: flags.size };
-    let traced = trace(shot, &base, rays)?;
+    let traced = trace(shot, &base, rays, Weight::Uniform)?;
     let truth = TruthImage::new(&traced, shot.size);
     let all = sweep(&base);
     let progress = bar((all.len() * (runs + 1)) as u64, "renderings");

@@ -14,6 +14,7 @@ use hbao::measure::errors::too_noisy;
 use hbao::measure::tune::Tuner;
 use hbao::measure::tune::choice::Goal;
 use hbao::measure::{Shot, TruthImage};
+use hbao::reference::truth::Weight;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -111,7 +112,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         ));
     }
     words::requirements(&requirements, &base).iter().for_each(|line| say(line));
-    let traced = trace(shot, &base, rays)?;
+    let traced = trace(shot, &base, rays, Weight::Uniform)?;
     let truth = TruthImage::new(&traced, shot.size).visibility;
     let progress = bar(1, "settings and timed runs");
     let tuned = tuner.run(&truth, goal, runs, |done, of| {

@@ -188,6 +188,14 @@ pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
     settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half
 }
 
+/// The largest number of calls of a step that a whole shader has once a driver has unrolled its loop over directions.
+/// The chapter's method with 16 directions of 16 steps is written out whole: it has 9,600 instructions in Mesa's TGSI,
+/// and 14,700 with its most costly switches. The limit of GeForce 8 may have been near 16,000.
+const MOST_UNROLLED: u32 = 256;
+
+/// The largest number of directions over which Mesa unrolls the loop, whatever the loop contains.
+const UNROLLED_DIRECTIONS: u32 = 32;
+
 /// Returns the body of a macro that expands to `step(1) step(2) ...`. With [`Exit::Shorten`] the calls past the pixel's
 /// own number of steps are skipped. Mesa unrolls a loop over 8 steps but not one over 12, and each step of a loop that
 /// is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need no unrolling.
@@ -195,9 +203,8 @@ fn each_step(settings: &Settings) -> String {
     let &Settings { directions, steps, .. } = settings;
     let shortens = settings.exit_read() == Some(Exit::Shorten);
     // The largest number of calls that are written out. If there are more steps, the calls are put into a loop, because
-    // shaders would otherwise grow without limit. Mesa's softpipe also unrolls the loop over directions, up to 32 of
-    // them, and its stack overflows at 31 directions of 32 steps. Such shaders get fewer calls.
-    let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
+    // shaders would otherwise grow without limit. softpipe's stack overflowed at 31 directions of 32 steps.
+    let most = if directions <= UNROLLED_DIRECTIONS { (MOST_UNROLLED / directions).min(32) } else { 32 };
     let loops = steps.div_ceil(most);
     let count = steps.div_ceil(loops);
     let call = |i: u32| {
@@ -214,4 +221,36 @@ fn each_step(settings: &Settings) -> String {
     };
     let calls: String = (1..=count).map(call).collect();
     if loops == 1 { calls } else { format!("for (int i_0 = 0; i_0 < {steps}; i_0 += {count}) {{ {calls}}}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_step_is_called_once_and_an_unrolled_shader_has_no_more_than_256_calls() {
+        for exit in [Exit::Paper, Exit::Shorten] {
+            for directions in 1..=64 {
+                for steps in 1..=256 {
+                    let text = each_step(&Settings { directions, steps, exit, ..Settings::default() });
+                    let calls = text.matches("step(").count() as u32;
+                    let looped = text.starts_with("for ");
+                    assert!(calls <= 32, "{directions}/{steps}: {calls} calls");
+                    assert!(directions > 32 || directions * calls <= 256, "{directions}/{steps}: {calls} calls");
+                    assert!(looped || calls == steps, "{directions}/{steps}: {text}");
+                    // A loop repeats its calls until the last step, and guards the calls past it.
+                    let last = steps.div_ceil(calls) * calls;
+                    let guards = text.matches("if (").count() as u32;
+                    let expected = match exit {
+                        Exit::Shorten => calls - u32::from(!looped),
+                        _ => last - steps,
+                    };
+                    assert_eq!(guards, expected, "{directions}/{steps}: {text}");
+                }
+            }
+        }
+        // The chapter's most samples are written out.
+        let chapter = Settings { directions: 16, steps: 16, ..Settings::default() };
+        assert!(!each_step(&chapter).contains("for "));
+    }
 }

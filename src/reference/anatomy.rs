@@ -7,7 +7,9 @@ use super::terms::Terms;
 use crate::Error;
 use crate::projection::Projection;
 use crate::settings::Settings;
+use crate::threads::on_all_cores;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 /// The twin of one method on one view. Pixels are given as (x, y), with y up. On background all results are `None`.
 pub struct Anatomy<'a> {
@@ -69,7 +71,7 @@ impl<'a> Anatomy<'a> {
         let (scene, pixel) = (&self.scene, self.pixel(pixel)?);
         let of = |index| {
             let (_, offset) = ssao::kernel(scene, &pixel, index);
-            let texels = offset.truncate() * scene.extent();
+            let texels = offset.truncate() * scene.extent;
             let z = pixel.P.z * (1.0 + 2.0 * offset.z);
             let q = scene.clamped(pixel.p + EXACT.round(texels));
             let surface = scene.depth(q.x as usize, q.y as usize);
@@ -79,12 +81,10 @@ impl<'a> Anatomy<'a> {
         Some((0..scene.settings.ssao_samples).filter_map(of).collect())
     }
 
-    /// Computes A before any blur, like [`super::visibility`], but also counts samples beyond R, which 6.2 ignores. The
-    /// attenuation must be W = 1, because the others are not meant for distances beyond R. Background is `None`; so is
-    /// every pixel for the method `none`.
+    /// Computes A before any blur, like [`super::visibility`]. Background is `None`; so is every pixel for the method
+    /// `none`.
     #[must_use]
-    pub fn with_outliers(mut self, pixels: &[(usize, usize)]) -> Vec<Option<f64>> {
-        self.scene.reach = f64::INFINITY;
+    pub fn visibility(&self, pixels: &[(usize, usize)]) -> Vec<Option<f64>> {
         let method = Terms::of(self.scene.settings);
         let of = |&at: &(usize, usize)| {
             let (method, pixel) = (method.as_ref()?, self.pixel(at)?);
@@ -94,7 +94,31 @@ impl<'a> Anatomy<'a> {
             let term = |k| (method.occlusion)(&self.scene, &pixel, k, EXACT);
             Some(method.visibility((0..method.count).map(term).sum()))
         };
-        pixels.iter().map(of).collect()
+        on_all_cores(|| pixels.par_iter().map(of).collect())
+    }
+
+    /// Changes the twin so that it also counts samples beyond R, which 6.2 ignores. The attenuation must be W = 1,
+    /// because the others are not meant for distances beyond R.
+    #[must_use]
+    pub fn with_outliers(mut self) -> Anatomy<'a> {
+        self.scene.reach = f64::INFINITY;
+        self
+    }
+
+    /// Changes the twin of `ssao` so that it has no depth range check (6.1): a surface occludes however far it is in
+    /// front of P. Other methods do not change.
+    #[must_use]
+    pub fn without_range_check(mut self) -> Anatomy<'a> {
+        self.scene.range_check = false;
+        self
+    }
+
+    /// Changes the twin of `ssao` so that its offsets have the same length in texels as in a picture of another size, in
+    /// texels of the result: `ssao` measures them in widths and heights of the picture. Other methods do not change.
+    #[must_use]
+    pub fn with_offsets_of(mut self, (width, height): (usize, usize)) -> Anatomy<'a> {
+        self.scene.extent = DVec2::new(width as f64, height as f64);
+        self
     }
 
     fn pixel(&self, (x, y): (usize, usize)) -> Option<Pixel> {

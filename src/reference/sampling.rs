@@ -97,6 +97,12 @@ pub(super) struct MethodScene<'a> {
     pub(super) radius: f64,
     /// The distance beyond which samples are ignored. It is R, except in [`super::anatomy::Anatomy::with_outliers`].
     pub(super) reach: f64,
+    /// Whether `ssao` has its depth range check. It has, except in
+    /// [`super::anatomy::Anatomy::without_range_check`].
+    pub(super) range_check: bool,
+    /// The size of the picture in texels of the result, in which the offsets of `ssao` are measured. It need not be a
+    /// whole number. It is that of the inputs, except in [`super::anatomy::Anatomy::with_offsets_of`].
+    pub(super) extent: DVec2,
     /// How many pixels of the inputs one texel of the result stands for, in x and y. Texel (i, j) stands for pixel
     /// (scale i, scale j). All positions and offsets here are in texels of the result.
     scale: usize,
@@ -119,6 +125,7 @@ impl<'a> MethodScene<'a> {
             ));
         }
         let radius = settings.radius_read()?;
+        let scale = settings.ao_scale() as usize;
         Ok(MethodScene {
             depth: inputs.depth.map(Into::into),
             normals: inputs.normals.map(|n| n.map(Into::into)),
@@ -128,7 +135,9 @@ impl<'a> MethodScene<'a> {
             settings,
             radius,
             reach: radius,
-            scale: settings.ao_scale() as usize,
+            range_check: true,
+            extent: DVec2::new(sizes[0].0 as f64, sizes[0].1 as f64) / scale as f64,
+            scale,
         })
     }
 
@@ -290,11 +299,6 @@ impl<'a> MethodScene<'a> {
             Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
             Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
         }
-    }
-
-    /// Returns the size of the inputs in texels of the result. It need not be a whole number.
-    pub(super) fn extent(&self) -> DVec2 {
-        DVec2::new(self.depth.width as f64, self.depth.height as f64) / self.scale as f64
     }
 
     /// Returns the width and height of the result.

@@ -22,7 +22,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f6
     let (l, mut offset) = kernel(scene, pixel, index);
 
     // An offset's x and y are texture coordinates, and its z is in units of 2 P.z.
-    let texels = |offset: DVec3| offset.truncate() * scene.extent();
+    let texels = |offset: DVec3| offset.truncate() * scene.extent;
     if settings.ssao_normals == Toggle::On {
         // 6.1, Future improvements: no sample lies behind the surface. Q is the point at the sample's depth on the ray
         // through the sample's position. If n.(Q - P) is negative, the offset is reversed.
@@ -49,7 +49,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f6
     let reach = 2.0 * pixel.P.z * l;
     let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
     // 6.1, depth range check: the sample counts 0.5 if the surface is too far in front of P.
-    let range = ((pixel.P.z - z) / z).clamp(0.0, 1.0);
+    let range = if scene.range_check { ((pixel.P.z - z) / z).clamp(0.0, 1.0) } else { 0.0 };
     1.0 - (open * (1.0 - range) + 0.5 * range)
 }
 

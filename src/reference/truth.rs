@@ -4,6 +4,9 @@
 //! A = 1 - 1/(2 pi) times the integral of V W over the hemisphere around the normal. It is estimated by rays in
 //! uniformly distributed directions. A ray that meets a triangle within R, from either side, occludes by W of the
 //! distance; all others occlude by 0.
+//!
+//! [`Weight::Cosine`] gives the other form of ambient occlusion that the chapter starts from, Eq. 6.2.1, with the same
+//! W: A_1 = 1 - 1/pi times the integral of V W (w.n), where w is the direction of the ray.
 
 use super::attenuation::weight;
 use super::trace::{Hit, Tracer};
@@ -25,6 +28,29 @@ const SEED: u128 = 0x7472_7574_6820_2008;
 /// of rounding, within some 1e-16 of that sum. An occluder nearer than this distance is missed.
 const CLEARANCE: f64 = 1e-11;
 
+/// How much each direction of the hemisphere counts. The rays have this distribution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Weight {
+    /// All directions count the same: Eq. 6.2.3, and with W = 1 Eq. 6.2.2. The chapter's method computes this form.
+    #[default]
+    Uniform,
+    /// A direction counts by the cosine of its angle to the normal: with W = 1, Eq. 6.2.1.
+    Cosine,
+}
+
+impl Weight {
+    /// Returns the cosine of a ray's angle to the normal, from a number that is uniform in [0, 1].
+    fn cosine(self, uniform: f64) -> f64 {
+        match self {
+            // The area of a zone of the sphere is proportional to its height.
+            Weight::Uniform => uniform,
+            // Seen along the normal, rays are uniform over the disc. So the square of the sine is uniform.
+            Weight::Cosine => uniform.sqrt(),
+        }
+    }
+}
+
 /// A scene seen by a camera, prepared for tracing with the radius and attenuation of the settings.
 pub struct Truth<'a> {
     tracer: Tracer<'a>,
@@ -32,6 +58,7 @@ pub struct Truth<'a> {
     size: (usize, usize),
     radius: f64,
     attenuation: Attenuation,
+    weight: Weight,
     rays: u32,
     clearance: f64,
 }
@@ -75,9 +102,16 @@ impl<'a> Truth<'a> {
             size,
             radius: settings.radius_units()?,
             attenuation: settings.attenuation,
+            weight: Weight::default(),
             rays,
             clearance: CLEARANCE * (mesh.diagonal() + farthest),
         })
+    }
+
+    /// Changes how much each direction counts. It is [`Weight::Uniform`] at first.
+    #[must_use]
+    pub fn weighted(self, weight: Weight) -> Truth<'a> {
+        Truth { weight, ..self }
     }
 
     /// Traces the pixels of these indices (y * width + x, y up) on all cores. `progress` is called from any thread,
@@ -123,8 +157,8 @@ impl<'a> Truth<'a> {
         let mut uniform = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         Some([(); 2].map(|()| {
             let mut occlusion = 0.0;
-            for [up, turn] in stratified(self.rays / 2, &mut uniform) {
-                // Rays are uniform over the hemisphere if the cosine of their angle to the normal is uniform.
+            for [height, turn] in stratified(self.rays / 2, &mut uniform) {
+                let up = self.weight.cosine(height);
                 let (across, angle) = ((1.0 - up * up).sqrt(), TAU * turn);
                 let ray = up * normal + across * (angle.cos() * b1 + angle.sin() * b2);
                 if let Some(hit) = self.occluder(point, ray, seen.triangle) {

@@ -651,6 +651,27 @@ mod truth {
             folder.path().join("t.png")
         });
         assert!(text.contains("truth-rays = 64\n") && text.contains("noise_rmse = 0.0"), "{text}");
+        assert!(text.contains("weight = \"uniform\"\n"), "{text}");
+    }
+
+    #[test]
+    fn truth_with_the_cosine_weight_is_another_image_and_says_so() {
+        let folder = folder();
+        let images = ["uniform", "cosine"].map(|weight| -> Image<u8> {
+            let name = format!("{weight}.png");
+            let arguments = format!("truth -o {name} --size 24x18 --truth-rays 64 --radius 150 --weight {weight}");
+            let output = hbao(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
+            assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+            let path = folder.path().join(name);
+            assert!(settings_text(&path).contains(&format!("weight = \"{weight}\"\n")));
+            png::read(&path).unwrap()
+        });
+        let moved = images[0].texels.iter().zip(&images[1].texels).filter(|(a, b)| a.abs_diff(**b) > 5).count();
+        assert!(moved > 20, "{moved}");
+        let output = hbao(folder.path(), &["truth", "-o", "t.png", "--weight", "sine"]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains("--weight: 'sine' is not one of uniform, cosine"), "{stderr}");
     }
 
     #[test]

@@ -6,9 +6,10 @@ use crate::rig::random::Draw;
 use glam::{DVec3, dvec3};
 use hbao::Settings;
 use hbao::reference::trace::Tracer;
-use hbao::reference::truth::{Traced, Truth};
+use hbao::reference::truth::{Traced, Truth, Weight};
 use hbao::scene::{Camera, Lens, Mesh, Scene, View};
 use hbao::settings::{Attenuation, Radius};
+use std::f64::consts::{PI, TAU};
 
 /// A distance that is large enough for a plane to count as infinite.
 const FAR: f64 = 1e3;
@@ -29,8 +30,13 @@ fn camera(mesh: &Mesh, eye: DVec3, target: DVec3) -> Camera {
 
 /// Returns A at one point, computed with this number of rays, and its noise.
 fn at(mesh: &Mesh, eye: DVec3, target: DVec3, settings: &Settings, rays: u32) -> (f64, f64) {
+    weighted(mesh, eye, target, settings, rays, Weight::Uniform)
+}
+
+/// Returns the same for directions that count differently.
+fn weighted(mesh: &Mesh, eye: DVec3, target: DVec3, settings: &Settings, rays: u32, weight: Weight) -> (f64, f64) {
     let camera = camera(mesh, eye, target);
-    let truth = Truth::new(mesh, &camera, (1, 1), settings, rays).unwrap();
+    let truth = Truth::new(mesh, &camera, (1, 1), settings, rays).unwrap().weighted(weight);
     let Traced { visibility, covered, .. } = truth.trace(&[0], |_| {});
     assert_eq!(covered, [true]);
     // The noise cannot be estimated from one pixel. For a share of N random rays it is at most 1/2 sqrt(1/N).
@@ -70,8 +76,31 @@ fn a_floor_at_a_distance_from_a_wall_is_as_open_as_the_closed_form_says() {
     }
 }
 
+/// Seen from straight above, the directions that meet the wall within R fill the segment x >= q of the unit disc, and
+/// a direction at x meets it at the distance q R / x. The cosine weight makes the disc's area the measure.
 #[test]
-fn a_wedge_is_open_by_its_angle() {
+fn a_floor_at_a_distance_from_a_wall_is_as_open_as_the_closed_form_says_with_the_cosine_too() {
+    let corner = corner();
+    for q in [0.05, 0.3, 0.7, 0.99, 1.2f64] {
+        let radius = 2.0;
+        let c = q.min(1.0);
+        let (angle, s) = (c.acos(), (1.0 - c * c).sqrt());
+        for (attenuation, occluded) in [
+            (Attenuation::None, angle - c * s),
+            (Attenuation::Quadratic, (1.0 + 2.0 * c * c) * angle - 3.0 * c * s),
+            (Attenuation::Linear, angle + c * s - 2.0 * c * s.atanh()),
+        ] {
+            let expected = 1.0 - occluded / PI;
+            let target = dvec3(q * radius, 0., 0.);
+            let eye = target + dvec3(1.0, 3.0, 0.5);
+            let (a, noise) = weighted(&corner, eye, target, &of(radius, attenuation), 16384, Weight::Cosine);
+            assert!((a - expected).abs() < 3.0 * noise, "q = {q}, {attenuation:?}: {a}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_wedge_is_open_by_its_angle_and_with_the_cosine_by_what_it_covers_of_the_disc() {
     for degrees in [10.0, 45.0, 90.0, 135.0, 170.0f64] {
         let delta = degrees.to_radians();
         let up = FAR * dvec3(delta.cos(), delta.sin(), 0.0);
@@ -84,8 +113,11 @@ fn a_wedge_is_open_by_its_angle() {
         // The eye is inside the wedge.
         let eye = target + 0.4 * delta.sin().min(0.5) * dvec3((delta / 2.0).cos(), (delta / 2.0).sin(), 0.1);
         let (a, noise) = at(&wedge, eye, target, &of(1e6, Attenuation::None), 16384);
-        let expected = delta / std::f64::consts::PI;
+        let expected = delta / PI;
         assert!((a - expected).abs() < 3.0 * noise + 2e-3, "{degrees} degrees: {a}, not {expected}");
+        let (a, noise) = weighted(&wedge, eye, target, &of(1e6, Attenuation::None), 16384, Weight::Cosine);
+        let expected = (1.0 - delta.cos()) / 2.0;
+        assert!((a - expected).abs() < 3.0 * noise + 2e-3, "{degrees} degrees, cosine: {a}, not {expected}");
     }
 }
 
@@ -93,8 +125,7 @@ fn a_wedge_is_open_by_its_angle() {
 fn sphere(centre: DVec3, radius: f64) -> Vec<[DVec3; 4]> {
     const ROWS: usize = 64;
     let point = |column: usize, row: usize| {
-        let (a, b) =
-            (column as f64 / ROWS as f64 * std::f64::consts::TAU, row as f64 / ROWS as f64 * std::f64::consts::PI);
+        let (a, b) = (column as f64 / ROWS as f64 * TAU, row as f64 / ROWS as f64 * PI);
         centre + radius * dvec3(b.sin() * a.cos(), b.cos(), b.sin() * a.sin())
     };
     let quad = |i: usize| {
@@ -112,10 +143,15 @@ fn a_sphere_above_a_plane_hides_its_solid_angle() {
         let centre = l * dvec3(0.3, (1.0f64 - 0.09).sqrt(), 0.0);
         assert!(centre.y > s);
         quads.extend(sphere(centre, s));
-        let (a, noise) = at(&mesh(&quads), dvec3(0.0, 0.02, 4.0), DVec3::ZERO, &of(1e3, Attenuation::None), 16384);
+        let (mesh, eye, settings) = (mesh(&quads), dvec3(0.0, 0.02, 4.0), of(1e3, Attenuation::None));
+        let (a, noise) = at(&mesh, eye, DVec3::ZERO, &settings, 16384);
         let expected = (1.0 - (s / l).powi(2)).sqrt();
         // 64 rows of quads cover a thousandth less than the sphere.
         assert!((a - expected).abs() < 3.0 * noise + 2e-3, "{s} at {l}: {a}, not {expected}");
+        // With the cosine, what counts is the area of the sphere's shadow on the disc.
+        let (a, noise) = weighted(&mesh, eye, DVec3::ZERO, &settings, 16384, Weight::Cosine);
+        let expected = 1.0 - (s / l).powi(2) * centre.y / l;
+        assert!((a - expected).abs() < 3.0 * noise + 2e-3, "{s} at {l}, cosine: {a}, not {expected}");
     }
 }
 
