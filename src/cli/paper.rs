@@ -1,4 +1,4 @@
-//! `hbao paper`: the pictures, the tables and 28 claims of the papers, regenerated into one page.
+//! `hbao paper`: the pictures, the tables and the claims of the papers, regenerated into one page.
 
 use super::flags;
 use super::folder::MadeFolder;

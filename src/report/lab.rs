@@ -7,7 +7,7 @@ use glam::DVec3;
 use hbao::image::Image;
 use hbao::measure::decomposition::subset;
 use hbao::measure::errors::{Comparison, Errors};
-use hbao::reference::{self, truth::Truth};
+use hbao::reference::{self, truth::Truth, truth::Weight};
 use hbao::scene::{CORNELL_BOX, Camera, NAVE, Projection};
 use hbao::{Error, PassTime, Pipeline, Request, Settings, glow, rotation_tile};
 use std::cell::{Cell, RefCell};
@@ -190,7 +190,17 @@ impl<'a> Lab<'a> {
     /// Returns the truth of a view at full size, traced with the radius and attenuation of the settings. The truth is
     /// traced at the first call and kept.
     pub(super) fn truth(&self, subject: &Subject, settings: &Settings) -> Result<Rc<Traced>, Error> {
-        let key = format!("{} {:?} {:?}", subject.key, settings.radius, settings.attenuation);
+        self.truth_weighted(subject, settings, Weight::Uniform)
+    }
+
+    /// Does the same as [`Lab::truth`], with directions that count differently. The pixels are the same.
+    pub(super) fn truth_weighted(
+        &self,
+        subject: &Subject,
+        settings: &Settings,
+        weight: Weight,
+    ) -> Result<Rc<Traced>, Error> {
+        let key = format!("{} {:?} {:?} {weight:?}", subject.key, settings.radius, settings.attenuation);
         if let Some(known) = self.truths.borrow().get(&key) {
             return Ok(known.clone());
         }
@@ -198,7 +208,8 @@ impl<'a> Lab<'a> {
         let seen = self.see(subject, self.size, settings)?;
         let pixels = subset(&seen.covered(), SUBSET);
         let camera = subject.camera(self.size)?;
-        let traced = Truth::new(&subject.mesh, &camera, (width, height), settings, self.rays)?.trace(&pixels, |_| ());
+        let truth = Truth::new(&subject.mesh, &camera, (width, height), settings, self.rays)?.weighted(weight);
+        let traced = truth.trace(&pixels, |_| ());
         let mut mask = Image::filled(width, height, false);
         let mut visibility = Image::filled(width, height, 1.0);
         for ((&pixel, a), covered) in pixels.iter().zip(&traced.visibility).zip(&traced.covered) {

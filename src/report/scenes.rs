@@ -108,6 +108,46 @@ pub(super) fn pit(size: (u32, u32), solid: bool) -> Result<Subject, Error> {
     Ok(pit)
 }
 
+/// The boards of [`wall_behind`]: the share of the wall's distance at which they stand, in numbers and in words.
+pub(super) const BOARDS: [(f64, &str); 3] = [
+    (0.25, "at 1/4 of the wall's distance"),
+    (0.5, "at 1/2 of the wall's distance"),
+    (0.75, "at 3/4 of the wall's distance"),
+];
+
+/// Makes a wall that faces the eye and fills the picture, and, if `board` is given, a square board in front of it, at
+/// this share of the wall's distance. All boards cover the same part of the picture. The horizontal field of view is 90
+/// degrees.
+pub(super) fn wall_behind(board: Option<f64>, size: (u32, u32)) -> Result<Subject, Error> {
+    let (far, wide) = (30.0, 400.0);
+    let square = |half: f64, z: f64| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| dvec3(half * x, half * y, z))
+    };
+    let wall = square(wide, 0.0);
+    let board = board.map(|nearness| square(0.3 * far * nearness, far * (1.0 - nearness)));
+    let mut subject =
+        subject("board", "board", quads([wall].into_iter().chain(board))?, dvec3(0.0, 0.0, far), DVec3::ZERO, 3.0);
+    subject.view.lens = Some(right_angle(size));
+    Ok(subject)
+}
+
+/// R at the ledge of [`ledge`].
+pub(super) const LEDGE_RADIUS: f64 = 3.0;
+
+/// Makes a floor whose right half is higher by R/2, seen from straight above without perspective. The ledge is in the
+/// middle of the picture.
+pub(super) fn ledge() -> Result<Subject, Error> {
+    let (far, high) = (100.0, LEDGE_RADIUS / 2.0);
+    let level = |left: f64, right: f64, y: f64| {
+        [dvec3(left, y, -far), dvec3(right, y, -far), dvec3(right, y, far), dvec3(left, y, far)]
+    };
+    let mesh = quads([level(-far, 0.0, 0.0), level(0.0, far, high)])?;
+    let mut ledge = subject("ledge", "ledge", mesh, dvec3(0.0, 20.0, 0.0), DVec3::ZERO, LEDGE_RADIUS);
+    ledge.view.up = Some(DVec3::NEG_Z);
+    ledge.view.lens = Some(Lens::Height(4.0 * LEDGE_RADIUS));
+    Ok(ledge)
+}
+
 /// Makes the inside of a half pipe whose half circle has `facets` flat strips, seen from straight below or along its
 /// length. It is a round vault of low tessellation: neighbouring facets meet at an angle of PI / facets.
 pub(super) fn vault(facets: u32, along: bool) -> Result<Subject, Error> {

@@ -4,6 +4,7 @@
 mod crysis;
 mod geometry;
 mod jitter_noise;
+mod parts;
 mod sampling;
 mod speed;
 mod targets;
@@ -13,6 +14,6 @@ use test::Test;
 
 /// Returns every test, in the order of the papers' pages.
 pub(super) fn all() -> impl Iterator<Item = Test> {
-    let chapters = [crysis::ALL, geometry::ALL, sampling::ALL, targets::ALL, speed::ALL];
+    let chapters = [crysis::ALL, geometry::ALL, sampling::ALL, parts::ALL, targets::ALL, speed::ALL];
     chapters.into_iter().flatten().copied()
 }

@@ -1,5 +1,6 @@
 //! The figures of ShaderX7 6.2 on the method itself: attenuation and snapped directions.
 
+use super::boundaries;
 use super::picture::picture;
 use crate::picture::{AO, COLOR, FINAL};
 use crate::report::drawing;
@@ -34,11 +35,14 @@ pub(super) fn attenuation(lab: &Lab) -> Result<Figure, Error> {
     Ok(Figure {
         id: "6.2.3".into(),
         title: "With and without attenuation".into(),
-        text: "Without W occlusion ends abruptly where occluders come to lie further than R.".into(),
+        text: "Without W occlusion ends abruptly where occluders come to lie further than R. The claim on attenuation measures \
+               how much lower the steps are with it."
+            .into(),
         pictures: vec![
             picture(lab, subject, lab.size, &without, &AO, "6.2.3-without", "without: W = 1")?,
             picture(lab, subject, lab.size, &with, &AO, "6.2.3-with", "with: W = 1 - (r/R)^2")?,
         ],
+        drawings: vec![boundaries::profile(lab)?],
         ..Figure::default()
     })
 }
