@@ -464,3 +464,28 @@ fn what_is_refused_is_told_in_the_name_of_its_pass_and_object() {
         }
     });
 }
+
+/// `src/reference/departures.md` states these numbers.
+#[test]
+fn the_pipeline_allocates_87_bytes_a_pixel_with_4_samples_and_26_with_one() {
+    with_refusing_driver("the_pipeline_allocates_87_bytes_a_pixel_with_4_samples_and_26_with_one", |bench| {
+        let gl = &bench.refusing;
+        let request = Request { composite: Some(Apply::All), ..Request::default() };
+        let shot = scenes::box_on_a_floor();
+        for (msaa, bytes) in [(1, 26), (4, 87)] {
+            let settings = Settings { msaa, radius: Radius::Units(shot.radius), ..Settings::default() };
+            let allocated = |size: (u32, u32)| {
+                let (samples, _) = faults::run(gl, None, || {
+                    let mut pipeline = Pipeline::new(gl, size, &settings, request).unwrap();
+                    pipeline.render(&shot.mesh, &shot.camera(size)).unwrap();
+                    pipeline.samples()
+                });
+                assert_eq!(samples, msaa, "this driver gives another number of samples");
+                faults::allocated()
+            };
+            // What does not grow with the picture, such as the rotation tile, is in both.
+            let [small, large] = [(32, 24), (64, 24)].map(allocated);
+            assert_eq!(large - small, bytes * 32 * 24, "{msaa} samples");
+        }
+    });
+}

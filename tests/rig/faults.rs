@@ -48,6 +48,7 @@ struct Driver {
     lost: bool,
     struck: bool,
     objects: BTreeSet<Object>,
+    allocated: u64,
     twice: Vec<Object>,
     calls: BTreeMap<&'static str, usize>,
 }
@@ -104,6 +105,32 @@ fn turn_of(fault: impl FnOnce(Fault) -> Option<usize>) -> bool {
     })
 }
 
+/// Counts the bytes of images that a call allocates, as their formats say: a driver may take more.
+fn count_memory(name: &str, arguments: &[i64]) {
+    let (samples, format, width, height) = match (name, arguments) {
+        ("glTexImage2D", &[_, _, format, width, height, ..]) => (1, format, width, height),
+        ("glTexImage2DMultisample", &[_, samples, format, width, height, _]) => (samples, format, width, height),
+        ("glRenderbufferStorageMultisample", &[_, samples, format, width, height]) => {
+            (samples.max(1), format, width, height)
+        }
+        _ => return,
+    };
+    let texel = match format as u32 {
+        glow::R8 => 1,
+        glow::R16F => 2,
+        glow::R32F | glow::RGBA8 | glow::RGBA8_SNORM | glow::DEPTH_COMPONENT32F | glow::DEPTH24_STENCIL8 => 4,
+        glow::RGBA16F => 8,
+        glow::RGBA32F => 16,
+        other => panic!("{name}: no size is known for the format 0x{other:04x}"),
+    };
+    DRIVER.with_borrow_mut(|driver| driver.allocated += texel * (samples * width * height) as u64);
+}
+
+/// Returns the number of bytes of all images that were allocated so far.
+pub fn allocated() -> u64 {
+    DRIVER.with_borrow(|driver| driver.allocated)
+}
+
 /// Entry points that are either ignored or passed on. After `=>` stands what an ignored call returns. Addresses have
 /// the type `usize`.
 macro_rules! entry_points {
@@ -112,6 +139,7 @@ macro_rules! entry_points {
         mod shim {
             $(pub(super) unsafe extern "system" fn $name($($arg: $type),*) $(-> $result)? {
                 let Some(address) = super::enter(stringify!($name)) else { return $($ignored)? };
+                super::count_memory(stringify!($name), &[$($arg as i64),*]);
                 // SAFETY: this is the address of the driver's function of this name, and these are its arguments.
                 unsafe {
                     let real: unsafe extern "system" fn($($type),*) $(-> $result)? = std::mem::transmute(address);

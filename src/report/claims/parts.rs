@@ -6,9 +6,10 @@ use crate::report::claim::{Claim, Found, Verdict, at_least, at_most, percent, st
 use crate::report::figures::{Banding, before_ledge, border, halo, jittered, largest_step, mixing, steep_steps};
 use crate::report::lab::Lab;
 use crate::report::measures::Measures;
-use crate::report::scenes::BOARDS;
+use crate::report::scenes::{self, BOARDS};
 use hbao::Error;
 use hbao::settings::Attenuation;
+use std::f64::consts::FRAC_PI_4;
 
 pub(super) const ALL: &[Test] =
     &[range_check, edge_preserving_blur, depths_at_the_border, attenuation_softens, jitter_for_banding];
@@ -159,7 +160,8 @@ fn attenuation_softens(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
 fn jitter_for_banding(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     let bound = at_most(0.6, 0.8);
     let mut found: Vec<Found> = Vec::new();
-    for subject in lab.data_sets() {
+    let corner = scenes::fold("corner", "corner of a room", -FRAC_PI_4, lab.size)?;
+    for subject in lab.data_sets().into_iter().chain([&corner]) {
         let Some(jittered) = jittered(lab, subject)? else { continue };
         let [off, on] = &jittered.raw;
         if off.bands < 0.1 / 255.0 {
@@ -171,12 +173,12 @@ fn jitter_for_banding(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
             "{} without jitter, {} with it; after the blur both together are {} without, {} with it ({} windows)",
             words(off),
             words(on),
-            steps(off_blurred.both),
-            steps(on_blurred.both),
+            steps(off_blurred.both()),
+            steps(on_blurred.both()),
             jittered.windows
         );
         let mut one = bound.found(&subject.name, on.bands / off.bands, text);
-        let noisier = on.noise > off.noise && on_blurred.both <= off_blurred.both;
+        let noisier = on.noise > off.noise && on_blurred.both() <= off_blurred.both();
         if one.verdict == Verdict::Holds && !noisier {
             one.verdict = Verdict::InPart;
         }
@@ -190,10 +192,11 @@ fn jitter_for_banding(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         found,
         rule: bound.rule("what is left of the bands", percent)
             + "; in part also where noise does not grow, or the error after the blur does",
-        note: "The error against the converged method in windows of 32x32 pixels on smooth surfaces: bands are what the means of \
-               4x4 pixels differ by in a window, noise what pixels differ from these means by. What is the same over the whole \
-               window, such as the bias of few steps, is neither. 8 directions of 8 steps."
+        note: "The error against the converged method in windows of 32x32 pixels on smooth surfaces that something occludes, where \
+               steps are over 4 texels. Bands are what the means of 4x4 pixels are off a polynomial of the second degree by, \
+               which takes most of what the bias of few steps adds; noise is what pixels are off these means by. Jitter also \
+               moves each sample outwards by half a step on average, which changes the error of few steps too. 8 directions of 8 steps."
             .into(),
-        unmeasured: Some("no view has smooth windows of 32x32 pixels with steps over a texel: give a larger --size".into()),
+        unmeasured: Some("no view has smooth windows of 32x32 pixels with steps over 4 texels: give a larger --size".into()),
     })
 }

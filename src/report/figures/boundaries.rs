@@ -5,16 +5,17 @@ use crate::report::figure::Drawing;
 use crate::report::lab::Lab;
 use crate::report::scenes::{self, LEDGE_RADIUS};
 use crate::report::subject::Subject;
-use hbao::settings::{Attenuation, Jitter, Method};
+use hbao::settings::{Attenuation, Jitter, Method, Snap};
 use hbao::{Error, Request, Settings};
 
 /// The size of the picture of the ledge. R covers 60 of its texels.
 const SIZE: (u32, u32) = (320, 240);
 
-/// Sixteen directions of 16 steps without jitter and blur: what remains is the method's own boundaries.
+/// Sixteen directions of 16 steps without jitter and blur. Each sample is rounded by itself, because steps that are
+/// rounded once make boundaries of their own.
 fn settings(subject: &Subject, attenuation: Attenuation) -> Settings {
     let exact = subject.exact(Method::Hbao);
-    Settings { attenuation, directions: 16, steps: 16, jitter: Jitter::None, blur: 0, ..exact }
+    Settings { attenuation, directions: 16, steps: 16, snap: Snap::Sample, jitter: Jitter::None, blur: 0, ..exact }
 }
 
 /// Returns visibility on the floor before a ledge, by the distance from the ledge in units of R, nearest first.
@@ -39,7 +40,8 @@ pub(in crate::report) fn largest_step(profile: &[(f64, f64)]) -> f64 {
 }
 
 /// Returns the step of visibility between neighbours that all but one of 1000 pairs stay below. The pairs are those on
-/// one smooth surface, with depths within 1 % and normals within 8 degrees. `None` if there are fewer than 1000.
+/// one smooth surface, with depths within 1 % and normals within 8 degrees, where no step is shorter than a texel.
+/// `None` if there are fewer than 1000.
 pub(in crate::report) fn steep_steps(
     lab: &Lab,
     subject: &Subject,
@@ -48,12 +50,14 @@ pub(in crate::report) fn steep_steps(
     let settings = settings(subject, attenuation);
     let seen = lab.see(subject, lab.size, &settings)?;
     let image = lab.ao(subject, &settings)?;
+    let farthest = seen.texels_at_depth_1() * subject.radius / f64::from(settings.steps + 1);
     let unit = |x: usize, y: usize| glam::Vec3::from(seen.normals.at(x, y)).normalize_or_zero();
     let mut steps = Vec::new();
     for y in 0..image.height {
         for x in 1..image.width {
             let (a, b) = (seen.depth.at(x - 1, y), seen.depth.at(x, y));
-            let smooth = a.is_finite() && b.is_finite() && (a - b).abs() <= 0.01 * a.min(b);
+            let samples_both = f64::from(a.max(b)) <= farthest;
+            let smooth = samples_both && (a - b).abs() <= 0.01 * a.min(b);
             if smooth && unit(x - 1, y).dot(unit(x, y)) > 0.99 {
                 steps.push(f64::from((image.at(x, y) - image.at(x - 1, y)).abs()));
             }
