@@ -38,8 +38,8 @@ fn with_pipes(mut command: Command) -> Command {
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     // A shell runs background jobs with SIGINT ignored, `nohup` runs a program with SIGHUP ignored, and a script may
     // ignore any signal. The command would inherit this.
-    // SAFETY: between fork and exec only this call is made, which is safe there. It fails for SIGKILL and SIGSTOP, which
-    // cannot be ignored.
+    // SAFETY: between fork and exec only this call is made, which is safe there. It fails for SIGKILL and SIGSTOP,
+    // which cannot be ignored.
     unsafe {
         command.pre_exec(|| {
             (1..32).for_each(|signal| _ = libc::signal(signal, libc::SIG_DFL));
