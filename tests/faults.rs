@@ -72,12 +72,14 @@ fn wait_for_the_scene(child: &mut Child) {
     child.stdin.as_mut().unwrap().write_all("#\n".repeat(1 << 19).as_bytes()).unwrap();
 }
 
-/// Returns the lines of stderr except the one that names the backend.
+/// Returns the lines of stderr except those that name the backend or say that R is too short.
 fn said(output: &Output) -> Vec<String> {
     let text = String::from_utf8(output.stderr.clone()).unwrap();
     assert!(!text.contains("panicked"), "{text}");
     let backend = |line: &&str| line.starts_with("hbao: egl: ") || line.starts_with("hbao: osmesa: ");
-    text.lines().filter(|line| !backend(line)).map(String::from).collect()
+    // In so small pictures R is shorter than a texel.
+    let radius = |line: &&str| line.contains("visibility is 1") || line.contains("visibility 1");
+    text.lines().filter(|line| !backend(line) && !radius(line)).map(String::from).collect()
 }
 
 /// Asserts that the command has failed with code 1 and one line that contains `part`.

@@ -1,5 +1,5 @@
-//! How R fits a picture. If it is too short for the method's steps, or longer than the picture, visibility is 1 whatever
-//! the scene is.
+//! How R fits a picture. If it is too short for the method's steps, or longer than the picture, visibility is 1
+//! whatever the scene is.
 
 use crate::Error;
 use crate::image::Image;

@@ -229,7 +229,7 @@ fn what_cannot_be_reached_ends_in_one_line_and_leaves_no_file() {
         ),
         (
             1,
-            "nave --size 24x18 --max-ms 9 -o t.toml --method hbao --steps 99",
+            "nave --size 24x18 --max-ms 9 -o t.toml --method hbao --steps 99 --exit paper",
             vec!["all 26 combinations of settings", "every step is below a texel"],
         ),
         (2, "nave -o t.toml", vec!["tune needs a goal: give --max-error E or --max-ms T"]),
