@@ -10,7 +10,7 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::Reach;
-use hbao::scene::{Camera, Mesh};
+use hbao::scene::Camera;
 use hbao::settings::Settings;
 use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use serde_json::json;
@@ -152,7 +152,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         Outputs::check(wanted.paths())?;
     }
 
-    let Opened { scene, settings, camera, notices: told } = flags.open()?;
+    let opened = flags.open()?;
+    let Opened { scene, settings, camera, notices: told, .. } = &opened;
 
     let context = open_context(flags.backend)?;
     let apply = flags::text(matches, "apply").map(|_| "apply");
@@ -172,7 +173,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         times = pipeline.render(&scene.mesh, &camera)?;
     }
 
-    unmeant(&pipeline, &scene.mesh, &camera, &resolved, &told)?.iter().for_each(|notice| say(notice));
+    notice(&pipeline, &flags, &opened, &resolved)?.iter().for_each(|notice| say(notice));
 
     let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
@@ -200,23 +201,18 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns notices about a picture that the user hardly meant. `told` are the notices about the camera.
-fn unmeant(
-    pipeline: &Pipeline,
-    mesh: &Mesh,
-    camera: &Camera,
-    settings: &Settings,
-    told: &[String],
-) -> Result<Option<String>, Error> {
+/// Returns the notice about a picture without surfaces, or about visibility of 1 that the user hardly meant.
+fn notice(pipeline: &Pipeline, flags: &Flags, opened: &Opened, settings: &Settings) -> Result<Option<String>, Error> {
+    let Opened { scene, camera, empty, .. } = opened;
     let depth = pipeline.depth()?;
     if !depth.texels.iter().any(|z| z.is_finite()) {
-        return Ok(unmeant::empty(mesh, camera, told));
+        return Ok((!empty).then(|| unmeant::empty(flags, &scene.mesh, camera)));
     }
-    if !pipeline.makes_ao() {
+    if !pipeline.makes_ao() || !settings.method.computes() {
         return Ok(None);
     }
     let radius = unmeant::radius(settings, |settings| Reach::of(&depth, camera.projection, settings))?;
-    Ok(radius.or(unmeant::open(&pipeline.ao()?, settings)))
+    Ok(radius.or(unmeant::open(&pipeline.ao()?, settings, settings.method.reads("radius"))))
 }
 
 /// Returns the metadata of an image: the text of a settings file, followed by a table with everything else that

@@ -9,7 +9,7 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::Error;
 use hbao::image::Outputs;
 use hbao::measure::{Shot, TruthImage};
-use hbao::settings::{Method, Settings};
+use hbao::settings::Settings;
 use std::path::PathBuf;
 
 const EXPLANATION: &str = "\
@@ -40,9 +40,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let rays = flags::read_truth_rays(matches)?;
     let (output, format) = flags::read_image_output(matches)?;
     Outputs::check([output.clone()])?;
-    let Opened { scene, settings, camera, notices: told } = flags.open()?;
+    let Opened { scene, settings, camera, notices, empty } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation"));
-    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(told.clone()).for_each(|notice| say(&notice));
+    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(notices).for_each(|notice| say(&notice));
 
     let resolved = settings.resolved(scene.mesh.diagonal());
     let traced = trace(Shot { mesh: &scene.mesh, camera: &camera, size: flags.size }, &resolved, rays)?;
@@ -53,9 +53,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let origin = flags::with_origin(&settings, render);
     let truth = TruthImage::new(&traced, flags.size);
     let unmeant = if traced.covered.contains(&true) {
-        unmeant::open(&truth.visibility, &Settings { method: Method::Hbao, ..resolved })
+        unmeant::open(&truth.visibility, &Settings { strength: 1.0, ..resolved }, true)
     } else {
-        unmeant::empty(&scene.mesh, &camera, &told)
+        (!empty).then(|| unmeant::empty(&flags, &scene.mesh, &camera))
     };
     unmeant.iter().for_each(|notice| say(notice));
     let mut outputs = Outputs::new();

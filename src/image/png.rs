@@ -9,7 +9,7 @@ use std::path::Path;
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader, Transformations};
 
 use super::Image;
-use super::channels::{Channel, Channels, Samples};
+use super::channels::{Channel, Channels, Samples, check_pixels};
 use super::file::{MOST_TEXT, Texel, check_claim, open};
 use crate::Error;
 
@@ -85,6 +85,7 @@ pub(super) fn read_channels(path: &Path) -> Result<Channels, Error> {
         decoder.set_ignore_iccp_chunk(true);
     })?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    check_pixels(path, width, height)?;
     let length = reader.output_buffer_size().ok_or_else(|| Error::input(path, "it is too large for this machine"))?;
     let mut bytes = vec![0; length];
     reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;

@@ -137,8 +137,8 @@ impl<'a> MethodScene<'a> {
         self.pixel_shifted(x, y, EXACT)
     }
 
-    /// Returns [`MethodScene::pixel`] with shifted comparisons and roundings: the normal of a surface that is seen edge-on
-    /// within the shift is turned the other way, and the number of steps may differ by one.
+    /// Returns [`MethodScene::pixel`] with shifted comparisons and roundings: the normal of a surface that is seen
+    /// edge-on within the shift is turned the other way, and the number of steps may differ by one.
     pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = self.depth(x, y);

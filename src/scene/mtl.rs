@@ -41,8 +41,9 @@ pub(super) fn colours(
             return colours;
         }
     };
-    if let Some((what, _)) = foreign::certain(&head) {
-        not_read(format!("{}: this is {what}, and not MTL", path.display()));
+    if let Some((what, remedy)) = foreign::certain(&head) {
+        let remedy = if remedy == foreign::ENCODE { remedy } else { "and not MTL" };
+        not_read(format!("{}: this is {what}, {remedy}", path.display()));
         return colours;
     }
     // `None` before the first `newmtl`, `Some(None)` in a material that is not wanted, and otherwise its number.
@@ -53,8 +54,9 @@ pub(super) fn colours(
             Ok(Some(statement)) => statement,
             Ok(None) => return colours,
             Err(error) => {
+                // Nothing of a file that cannot be read to its end is used.
                 notices.add(Kind::Library, || error.to_string());
-                return colours;
+                return HashMap::new();
             }
         };
         match statement.keyword() {
@@ -179,7 +181,8 @@ enum NotOpened {
 fn inside(folders: &[PathBuf], relative: &Path) -> Result<Found, NotOpened> {
     let plain = |part: Component| match part {
         Component::CurDir => true,
-        Component::Normal(part) => !part.as_encoded_bytes().contains(&b':'), // a drive, C:
+        // On Windows a colon belongs to a drive, C:, or to a stream of a file.
+        Component::Normal(part) => !cfg!(windows) || !part.as_encoded_bytes().contains(&b':'),
         _ => false,
     };
     if relative.as_os_str().is_empty() || !relative.components().all(plain) {

@@ -12,6 +12,8 @@ pub(super) enum Kind {
     NormalIndex,
     /// A material file that cannot be read.
     Library,
+    /// A material file after the most that are read.
+    Excess,
     /// A `Kd` statement that gives no colour.
     Colour,
     /// A material that a `usemtl` statement names and no material file defines.
@@ -25,6 +27,7 @@ impl Kind {
             Kind::Normal => ("normals", "the triangles give the normal there"),
             Kind::NormalIndex => ("corners", "the triangles give the normal there"),
             Kind::Library => ("material files", "its materials are white"),
+            Kind::Excess => ("material files", "the materials of the others are white"),
             Kind::Colour => ("colours", "its material is white"),
             Kind::Material => ("materials", "its triangles are white"),
         }

@@ -168,7 +168,9 @@ fn cannot_read(path: &Path, error: &io::Error) -> Error {
 }
 
 fn too_many_libraries() -> String {
-    format!("more than {MOST_LIBRARIES} material files, of which only these are read; join them into one")
+    format!(
+        "there are more than {MOST_LIBRARIES} material files, and only the first {MOST_LIBRARIES} are read: join them"
+    )
 }
 
 /// The face that is being read. Its memory is kept from one face to the next.
@@ -245,7 +247,7 @@ impl Model {
                     if self.libraries.len() < MOST_LIBRARIES {
                         self.libraries.push((statement.line(), name.into()));
                     } else {
-                        self.notices.add(Kind::Library, || statement.notice(too_many_libraries()));
+                        self.notices.add(Kind::Excess, || statement.notice(too_many_libraries()));
                     }
                 }
             }
@@ -304,7 +306,7 @@ impl Model {
             let files = if name.is_empty() { vec![Err("mtllib names no file".into())] } else { open(name) };
             for file in files {
                 if count == MOST_LIBRARIES {
-                    notices.add(Kind::Library, || notice(*line, too_many_libraries()));
+                    notices.add(Kind::Excess, || notice(*line, too_many_libraries()));
                     break 'libraries;
                 }
                 count += 1;
@@ -322,7 +324,7 @@ impl Model {
             }
         }
         // If a material file was not read, that is why materials are unknown, and its notice is enough.
-        if !notices.has(Kind::Library) {
+        if !notices.has(Kind::Library) && !notices.has(Kind::Excess) {
             let unknown =
                 self.materials.iter().filter(|(name, (number, _))| !name.is_empty() && !known.contains(number));
             let mut unknown: Vec<_> = unknown.map(|(name, &(_, line))| (line, name)).collect();
