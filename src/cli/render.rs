@@ -160,22 +160,22 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let idle = flags
         .knobs_given()
         .chain(apply)
-        .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, &settings)?)));
+        .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, settings)?)));
     idle.chain(told.iter().cloned()).for_each(|notice| say(&notice));
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
     samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
-    let mut times = pipeline.render(&scene.mesh, &camera)?;
+    let mut times = pipeline.render(&scene.mesh, camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
-        times = pipeline.render(&scene.mesh, &camera)?;
+        times = pipeline.render(&scene.mesh, camera)?;
     }
 
     notice(&pipeline, &flags, &opened, &resolved)?.iter().for_each(|notice| say(notice));
 
-    let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
+    let origin = origin(settings, &flags, camera, &wanted, &context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.

@@ -710,8 +710,15 @@ mod unmeant {
     #[test]
     fn a_radius_past_the_picture_is_told() {
         let folder = folder();
+        for radius in ["5000", "1e6"] {
+            let said = notice(folder.path(), &format!("-o a.exr --show ao --radius {radius}"));
+            assert!(
+                said.contains("fall on the picture's border") && said.contains("give a smaller --radius"),
+                "{said}"
+            );
+        }
         let said = notice(folder.path(), "-o a.exr --show ao --radius 1e6");
-        assert!(said.contains("falls on the picture's border") && said.contains("give a smaller --radius"), "{said}");
+        assert!(said.contains("fall on the picture's border") && said.contains("give a smaller --radius"), "{said}");
         assert!(mean(folder.path(), "a.exr") > 0.99);
     }
 
@@ -721,7 +728,7 @@ mod unmeant {
         fs::write(folder.path().join("flat.obj"), "v -9 0 -9\nv 9 0 -9\nv 9 0 9\nv -9 0 9\nf 1 2 3 4\n").unwrap();
         for arguments in ["--method ray-march --radius 0.1", "flat.obj --radius 9"] {
             let said = notice(folder.path(), &format!("-o a.png {arguments}"));
-            assert!(said.contains("visibility is 1 at every pixel: nothing occludes within R = "), "{said}");
+            assert!(said.contains("visibility is 1 at every pixel: no sample within R = "), "{said}");
         }
         assert_eq!(notices(&render(folder.path(), "-o a.png --method none")), [""; 0]);
         let output = hbao(folder.path(), &["truth", "flat.obj", "-o", "t.png", "--size", "8x6", "--truth-rays", "2"]);
@@ -732,9 +739,14 @@ mod unmeant {
     fn a_view_of_nothing_says_what_hides_the_scene() {
         let folder = folder();
         for (arguments, parts) in [
-            ("--near 10 --far 20", ["planes at 10 and 20 clip the whole scene", "leave out --near and --far"]),
-            ("--near 9 --far 20 --show depth", ["planes at 9 and 20 clip", "whose depths are 800 to 1359.2"]),
-            ("--eye 278,273,-800 --target 278,1073,-700", ["lies beside the picture", "leave out --eye and --target"]),
+            ("--near 10 --far 20", ["planes at 10 and 20 clip all that would be", "leave out --near and --far"]),
+            ("--near 9 --far 20 --show depth", ["planes at 9 and 20 clip", "at depths of 8"]),
+            // Only the back wall is in this picture, although other parts of the scene are nearer.
+            ("--far 950 --fov-y 10", ["and 950 clip all that would be, at depths of 1", "leave out --far"]),
+            (
+                "--eye 278,273,-800 --target 278,1073,-700",
+                ["no part of the scene lies in the picture", "leave out --eye and --target"],
+            ),
             ("--eye 278,273,-800 --target 278,273,-900", ["the whole scene lies behind the camera", ""]),
             ("--near 1e7", ["--near 10000000", "lies beyond the whole scene"]),
         ] {
