@@ -123,6 +123,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(heat.iter().chain(&json))?;
     let [a, b] = ["A", "B"].map(|name| matches.get_one::<PathBuf>(name).cloned().unwrap_or_default());
+    let real = |path: &PathBuf| path.canonicalize().ok();
+    if let Some(heat) =
+        heat.as_ref().filter(|heat| real(heat).is_some_and(|heat| [&a, &b].map(real).contains(&Some(heat))))
+    {
+        return Err(Error::Usage(format!("--heat {}: this is one of the pictures to compare", heat.display())));
+    }
     let (got, truth) = (read_channels(&a)?, read_channels(&b)?);
     let refused = |what: String| Error::Input { path: a.clone(), what };
     let difference =

@@ -393,7 +393,9 @@ fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     };
     if let Some(texts) = texts {
         let text = texts.into_iter().find(|(keyword, _)| keyword == "hbao").map(|(_, text)| text);
-        let text = text.ok_or_else(|| refused("no settings in it: hbao did not write this image".into()))?;
+        let text = text.ok_or_else(|| {
+            refused("no settings in it: hbao did not write this image, or wrote it with --no-metadata".into())
+        })?;
         if text.len() as u64 > LONGEST_SETTINGS {
             return Err(refused(TOO_LONG.into()));
         }

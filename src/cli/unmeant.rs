@@ -3,6 +3,7 @@
 
 use super::flags::Flags;
 use crate::report::tables::cells::percent;
+use glam::DVec3;
 use hbao::Error;
 use hbao::image::Image;
 use hbao::measure::Reach;
@@ -33,6 +34,24 @@ pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {
         return format!(
             "{NOTHING_IN_VIEW}: the planes at {} and {} clip all that would be, at depths of {} to {}; {remedy}",
             camera.near as f32, camera.far as f32, nearest as f32, farthest as f32
+        );
+    }
+    let area = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
+        (b - a).cross(c - a).length()
+    };
+    if mesh.triangles.iter().all(|corners| area(corners) == 0.0) {
+        return format!("{NOTHING_IN_VIEW}: no face of the model has an area");
+    }
+    let in_the_picture = |position: &DVec3| {
+        let at = camera.to_eye(*position);
+        let [x, y] = camera.projection.half_extents_at(at.z);
+        at.z > 0.0 && at.x.abs() <= x && at.y.abs() <= y
+    };
+    if mesh.positions.iter().any(in_the_picture) {
+        return format!(
+            "{NOTHING_IN_VIEW}: what lies in the picture is smaller than a pixel; show less with a nearer --eye, or a smaller \
+             --fov-y or --ortho"
         );
     }
     let given = names(&[

@@ -10,7 +10,7 @@ use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, R
 
 use super::Image;
 use super::channels::{Channel, Channels, Samples, check_pixels};
-use super::file::{MOST_TEXT, Texel, check_claim, open};
+use super::file::{MOST_TEXT, Texel, check_claim, damaged, open};
 use crate::Error;
 
 /// Encodes an image as the bytes of a PNG file. `text` is stored in it as pairs (keyword, text). A keyword has 1 to 79
@@ -88,7 +88,7 @@ pub(super) fn read_channels(path: &Path) -> Result<Channels, Error> {
     check_pixels(path, width, height)?;
     let length = reader.output_buffer_size().ok_or_else(|| Error::input(path, "it is too large for this machine"))?;
     let mut bytes = vec![0; length];
-    reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;
+    reader.next_frame(&mut bytes).map_err(|e| damaged(path, &e))?;
     let (color, depth) = reader.output_color_type();
     let names: &[&str] = match color {
         ColorType::Grayscale => &["Y"],

@@ -254,6 +254,7 @@ impl Model {
             "p" | "l" => self.instead = Some("points and lines"),
             "surf" | "curv" | "curv2" => self.instead = Some("curved surfaces, which are not read"),
             "newmtl" => self.instead = Some("materials"),
+            "F" => self.instead = Some("statements in capital letters: write f for F, and v for V"),
             _ => {}
         }
         Ok(())
@@ -272,9 +273,9 @@ impl Model {
             });
             face.corners.push([v, vn]);
         }
-        // One corner is a point and two corners are a line, neither of which is drawn.
         if face.corners.len() < 3 {
-            self.instead = Some("points and lines");
+            self.instead = Some("faces of fewer than 3 corners");
+            self.notices.add(Kind::Face, || statement.notice("a face needs 3 corners"));
             return Ok(());
         }
         if self.mesh.positions.len().max(self.triangles.len()) > MOST - MOST_CORNERS {

@@ -738,6 +738,7 @@ mod unmeant {
     #[test]
     fn a_view_of_nothing_says_what_hides_the_scene() {
         let folder = folder();
+        fs::write(folder.path().join("no_area.obj"), "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n").unwrap();
         for (arguments, parts) in [
             ("--near 10 --far 20", ["planes at 10 and 20 clip all that would be", "leave out --near and --far"]),
             ("--near 9 --far 20 --show depth", ["planes at 9 and 20 clip", "at depths of 8"]),
@@ -749,6 +750,8 @@ mod unmeant {
             ),
             ("--eye 278,273,-800 --target 278,273,-900", ["the whole scene lies behind the camera", ""]),
             ("--near 1e7", ["--near 10000000", "lies beyond the whole scene"]),
+            ("--ortho 1e9", ["smaller than a pixel", "a smaller --fov-y or --ortho"]),
+            ("no_area.obj", ["no face of the model has an area", ""]),
         ] {
             let said = notice(folder.path(), &format!("-o a.png {arguments}"));
             assert!(said.contains("nothing is in view") && parts.iter().all(|part| said.contains(part)), "{said}");

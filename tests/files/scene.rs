@@ -109,6 +109,8 @@ fn extreme_texture_indices_are_harmless() {
 fn files_without_faces_are_refused() {
     let mut junk: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2654435761) >> 13) as u8).collect();
     junk[0] = 0x89;
+    let capital = load_beside("V 0 0 0\nV 1 0 0\nV 0 1 0\nF 1 2 3\n", &[]);
+    refused(capital, &["holds no faces, only statements in capital letters: write f for F"]);
     let no_faces: [&[u8]; 4] = [b"\n\n", b"# only\n# comments", &junk, &[0xff; 99]];
     for bytes in no_faces {
         refused(load_beside(bytes, &[]), &["model.obj: holds no faces", "give an OBJ file with polygons"]);
@@ -455,6 +457,29 @@ fn an_unknown_material_is_white_and_is_told() {
     }
     // A usemtl without a name means no material.
     assert_eq!(noticed(format!("mtllib m.mtl\nusemtl\n{TRIANGLE}"), files).unwrap().1, [""; 0]);
+}
+
+#[test]
+fn textures_colours_above_1_and_faces_of_two_corners_are_told() {
+    let mtl = "newmtl a\nKd 200 30 30\nmap_Kd wood.png\nnewmtl unused\nKd 9 9 9\nmap_Kd wall.png\n";
+    let files: &[(&str, &[u8])] = &[("m.mtl", mtl.as_bytes())];
+    let (mesh, notices) = noticed(format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}f 1 2\nf 3\n"), files).unwrap();
+    assert_eq!(colours(&mesh), [[1.0; 3]]);
+    let expected = [
+        "model.obj: line 7: a face needs 3 corners (the first of 2 such faces); it is left out",
+        "m.mtl: line 2: Kd is above 1; it is taken as 1; write colours from 0 to 1",
+        "m.mtl: line 3: the texture of map_Kd is not read; its material has the colour of Kd",
+    ];
+    let told = |line: &str| notices.iter().any(|notice| notice.ends_with(line));
+    assert!(notices.len() == 3 && expected.iter().all(|line| told(line)), "{notices:?}");
+}
+
+#[test]
+fn quotes_around_names_and_comments_right_after_numbers_are_no_part_of_them() {
+    let files: &[(&str, &[u8])] = &[("m.mtl", b"newmtl wire 1\nKd 1 0 0#red\n")];
+    let obj = "mtllib \"m.mtl\"\nv 0 0 0#origin\nv 1 0 0\nv 0 1 0\nusemtl \"wire 1\"\nf 1 2 3#first\n";
+    let (mesh, notices) = noticed(obj, files).unwrap();
+    assert_eq!((colours(&mesh), notices), (vec![[1.0, 0.0, 0.0]], vec![]));
 }
 
 #[test]
