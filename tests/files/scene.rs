@@ -215,7 +215,7 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "v 0 0 0 0\nv 1 0 0 1\nv 0 1 0 2\nf 1 2 3\n",
         "v 0 0 0 0.5 0.5 0.5\nv 1 0 0\nv 0 1 0 1 1 1\nf 1 2 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3\n",
-        "o a\ng b\ns 1\nv 0 0 0\nv 1 0 0\nl 1 2 2\nv 0 1 0\np 1 2 3\nf 1 2 3\nl 1 2 3\nf 1 2\ng empty\n",
+        "o a\ng b\ns 1\nv 0 0 0\nv 1 0 0\nl 1 2 2\nv 0 1 0\np 1 2 3\nf 1 2 3\nl 1 2 3\ng empty\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2/ 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\ng\nusemtl\nf 1 2 3\\",
         "g\no\ns off\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/ 2/1/ 3/9/\n\u{1a}",
@@ -388,15 +388,18 @@ fn a_mesh_cut_finer_is_the_same_surface() {
 fn materials_give_colours_and_triangles_are_sorted_by_them() {
     let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl red\nf 2 3 4\nf 1 2 4\n\
         usemtl a name #2\nf 1 3 4\ng x\nusemtl\tred\nf 3 2 1\nusemtl wild\nusemtl none\nf 4 3 2\n";
-    let mesh = load_beside(obj, &[("m.mtl", MTL)]).unwrap();
+    let files: &[(&str, &[u8])] = &[("m.mtl", MTL.as_bytes())];
+    let bright = "m.mtl: line 10: Kd is above 1; it is taken as 1; write colours from 0 to 1";
+    let (mesh, notices) = noticed(obj, files).unwrap();
+    assert_eq!(notices, [bright]);
     let (white, red) = ([1.0; 3], [1.0, 0.0, 0.0]);
     let group = |colour, triangles| Group { colour, triangles };
     assert_eq!(mesh.groups, [group(white, 0..2), group(red, 2..5), group([0.25; 3], 5..6)]);
     assert_eq!(corners(&mesh, &mesh.triangles[0]), [DVec3::ZERO, DVec3::X, DVec3::Y]);
     assert_eq!(corners(&mesh, &mesh.triangles[4]), [DVec3::Y, DVec3::X, DVec3::ZERO]);
 
-    let clamped = load_beside(format!("mtllib m.mtl\r\nusemtl wild\r\n{TRIANGLE}"), &[("m.mtl", MTL)]).unwrap();
-    assert_eq!(colours(&clamped), [[0.0, 1.0, 0.5]]);
+    let (clamped, notices) = noticed(format!("mtllib m.mtl\r\nusemtl wild\r\n{TRIANGLE}"), files).unwrap();
+    assert_eq!((colours(&clamped), notices), (vec![[0.0, 1.0, 0.5]], vec![bright.into()]));
 }
 
 #[test]
@@ -579,7 +582,7 @@ fn a_bad_material_file_is_white_and_is_told_once_with_count_and_first_line() {
             b"newmtl a\rKd x\rnewmtl b\rKd 1 2\rKd y\r",
             format!("line 2: \"x\" is not a number (the first of 3 such colours); {colour}"),
         ),
-        (b"\xff\xfen\0e\0w\0", format!("this is text in UTF-16, and not MTL; {library}")),
+        (b"\xff\xfen\0e\0w\0", format!("this is text in UTF-16, and only UTF-8 is read: save it as UTF-8; {library}")),
         (b"\x89PNG\r\n\x1a\n", format!("this is a PNG picture, and not MTL; {library}")),
         (
             &[b' '; 3 << 20],
