@@ -33,7 +33,7 @@ impl Kind {
             Kind::Normal => ("normals", "the triangles give the normal there"),
             Kind::NormalIndex => ("corners", "the triangles give the normal there"),
             Kind::Library => ("material files", "its materials are white"),
-            Kind::Excess => ("material files", "the materials of the others are white"),
+            Kind::Excess => ("material files", "its materials are white"),
             Kind::Colour => ("colours", "its material is white"),
             Kind::Bright => ("colours", "it is taken as 1; write colours from 0 to 1"),
             Kind::Texture => ("textures", "its material has the colour of Kd"),

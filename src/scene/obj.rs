@@ -168,9 +168,7 @@ fn cannot_read(path: &Path, error: &io::Error) -> Error {
 }
 
 fn too_many_libraries() -> String {
-    format!(
-        "there are more than {MOST_LIBRARIES} material files, and only the first {MOST_LIBRARIES} are read: join them"
-    )
+    format!("this is material file {}, and only {MOST_LIBRARIES} are read: join them", MOST_LIBRARIES + 1)
 }
 
 /// The face that is being read. Its memory is kept from one face to the next.

@@ -623,8 +623,13 @@ fn a_bad_material_file_is_white_and_is_told_once_with_count_and_first_line() {
         assert!(!notice.contains(char::is_control), "{notice:?}");
     }
     let many: String = (0..300).map(|i| format!("mtllib {i}.mtl\n")).collect();
-    let first = "of which only these are read; join them into one (the first of 300 such material files)";
-    assert_eq!(told(&many, &[]), format!("model.obj: line 201: more than 200 material files, {first}; {library}"));
+    let (_, notices) = noticed(format!("{many}\nusemtl a\n{TRIANGLE}"), &[]).unwrap();
+    let first = "material file \"0.mtl\" is not beside the model (the first of 200 such material files)";
+    let excess = "this is material file 201, and only 200 are read: join them (the first of 100 such material files)";
+    assert_eq!(
+        notices,
+        [format!("model.obj: line 1: {first}; {library}"), format!("model.obj: line 201: {excess}; {library}")]
+    );
 }
 
 #[test]
