@@ -114,9 +114,10 @@ fn scenarios(context: &Context) -> Vec<Scenario> {
     };
     let textures = Textures::new(context.gl(), &view(), TextureTarget::Texture2d, NormalEncoding::Signed);
     let mut all = Vec::new();
-    for (name, settings, request) in
-        [("multisample", multisample, everything), ("half", half, Request { raw: true, ..Request::default() })]
-    {
+    for (name, settings, request) in [
+        ("multisample", multisample, everything),
+        ("half", half, Request { raw: true, colour: true, ..Request::default() }),
+    ] {
         let lesser = [(settings.normal_format, 1), (NormalFormat::Rgba16f, 4), (NormalFormat::Rgba16f, 1)].map(
             |(normal_format, msaa)| {
                 let settings = Settings { normal_format, msaa: settings.msaa.min(msaa), ..settings.clone() };

@@ -40,7 +40,7 @@ pub(crate) fn command() -> Command {
         flags::valued("show", "IMAGE", format!("The image that is written to OUT [{shows}; default: final]")),
         flags::valued("apply", "PART", format!("The light that ambient occlusion darkens [{applies}; default: all]")),
         flags::path("dump", "DIR", "Write every intermediate image into this folder, which is created if needed"),
-        flags::path("timings", "FILE.json", "Write the time of each pass in milliseconds"),
+        flags::path("timings", "FILE.json", "Write the time of each pass that the images need, in milliseconds"),
         flags::no_metadata(),
     ];
     Command::new("render")
@@ -113,10 +113,7 @@ impl Wanted {
     }
 
     fn request(&self) -> Request {
-        let request = picture::request(self.images(), self.apply);
-        // With `--timings` every pass is timed, and so every pass must run.
-        let timings = self.timings.is_some();
-        Request { gbuffer_only: request.gbuffer_only && !timings, timings, ..request }
+        Request { timings: self.timings.is_some(), ..picture::request(self.images(), self.apply) }
     }
 
     /// Returns why a flag changes nothing that is written, or `None` if it does change something.
@@ -124,18 +121,15 @@ impl Wanted {
         if flag == "apply" {
             return self.request().composite.is_none().then(|| "unless --show is final".into());
         }
-        let idle = settings.idle(flag);
-        let timed = self.timings.is_some() && idle.is_none();
-        if timed || self.images().any(|image| image.is_decided_by(flag, settings)) {
+        if self.images().any(|image| image.is_decided_by(flag, settings)) {
             return None;
         }
-        Some(idle.map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
+        Some(settings.idle(flag).map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
     }
 
-    /// Returns the settings to render with. The blur is turned off if no written image needs it and no times are
-    /// written.
+    /// Returns the settings to render with. The blur is turned off if no written image needs it.
     fn needed(&self, settings: Settings) -> Settings {
-        let blur = if self.timings.is_none() && self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
+        let blur = if self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
         Settings { blur, ..settings }
     }
 }

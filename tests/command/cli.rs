@@ -437,6 +437,8 @@ mod settings {
             ("--grounding direction --method hbao-talk", "--grounding"),
             ("--exit paper --method ssao", "--exit"),
             ("--show depth --exit shorten", "--exit"),
+            ("--show depth --timings t.json --steps 3", "--steps"),
+            ("--show ao-raw --timings t.json --blur 5", "--blur"),
             ("--bias 9 --method ray-march", "--bias"),
             ("--snap none --method ray-march", "--snap"),
             ("--attenuation none --method crease", "--attenuation"),
@@ -527,13 +529,22 @@ mod settings {
 mod timings {
     use super::*;
 
+    /// Renders with `--timings`, and returns what its file holds.
+    fn rendered(folder: &Path, arguments: &str) -> serde_json::Value {
+        render(folder, &format!("-o a.png --timings t.json {arguments}"));
+        serde_json::from_slice(&fs::read(folder.join("t.json")).unwrap()).unwrap()
+    }
+
+    /// Returns the names of the passes.
+    fn names(json: &serde_json::Value) -> Vec<String> {
+        json["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap().into()).collect()
+    }
+
     #[test]
     fn timings_have_the_contracts_fields_and_a_row_for_each_pass() {
         let folder = folder();
         let passes = |arguments: &str| {
-            render(folder.path(), &format!("-o a.png --timings t.json {arguments}"));
-            let json: serde_json::Value =
-                serde_json::from_slice(&fs::read(folder.path().join("t.json")).unwrap()).unwrap();
+            let json = rendered(folder.path(), arguments);
             assert_eq!(json["backend"], "egl");
             assert!(json["renderer"].as_str().is_some_and(|renderer| !renderer.is_empty()));
             assert_eq!(json["size"], serde_json::json!([96, 72]));
@@ -541,7 +552,7 @@ mod timings {
             assert!(passes.iter().all(|pass| pass["gpu_ms"].is_null() || pass["gpu_ms"].as_f64() > Some(0.0)));
             let total: f64 = passes.iter().map(|pass| pass["wall_ms"].as_f64().unwrap()).sum();
             assert!((json["total_ms"].as_f64().unwrap() - total).abs() < 1e-9 && total > 0.0);
-            passes.iter().map(|pass| pass["name"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+            names(&json)
         };
         let holds = |passes: &[String], names: &[&str]| names.iter().all(|name| passes.iter().any(|pass| pass == name));
         let all = passes("--backend egl");
@@ -553,6 +564,22 @@ mod timings {
         assert!(holds(&few, &["gbuffer", "ao"]), "{few:?}");
         let not = ["edges", "blur_x", "blur_y", "blur_edges", "composite"];
         assert!(not.iter().all(|name| !holds(&few, &[name])), "{few:?}");
+    }
+
+    #[test]
+    fn timings_run_only_the_passes_that_the_written_images_need() {
+        let folder = folder();
+        let passes = |arguments: &str| names(&rendered(folder.path(), &format!("--backend egl --msaa 4 {arguments}")));
+        for image in ["depth", "normals", "color"] {
+            assert_eq!(passes(&format!("--show {image}")), ["gbuffer", "resolve"], "{image}");
+        }
+        assert_eq!(passes("--show edges"), ["gbuffer", "resolve", "background", "edges"]);
+        assert_eq!(passes("--show ao-raw"), ["gbuffer", "resolve", "background", "ao"]);
+        let dumped = passes("--show depth --dump d");
+        assert!(
+            ["ao", "edges", "blur_x", "blur_y", "blur_edges"].iter().all(|&name| dumped.contains(&name.to_string()))
+        );
+        assert!(!dumped.contains(&"composite".into()), "{dumped:?}");
     }
 }
 
