@@ -11,6 +11,8 @@ use hbao::scene::{Lens, Scene, View};
 use hbao::settings::DepthFormat;
 use serde_json::Value;
 use std::path::Path;
+use std::sync::LazyLock;
+use tempfile::TempDir;
 
 /// Returns each part of the text that lies between `from` and `to`.
 fn between<'a>(text: &'a str, from: &'a str, to: &'a str) -> impl Iterator<Item = &'a str> {
@@ -36,26 +38,58 @@ const FIGURES: [&str; 16] = [
     "table-6.2.1",
 ];
 
+/// A report that the command made: its files by their names, and what the command said meanwhile.
+pub(crate) struct Made {
+    files: Vec<(String, Vec<u8>)>,
+    said: String,
+}
+
+impl Made {
+    /// Returns the page.
+    pub(crate) fn page(&self) -> &str {
+        let (_, page) = self.files.iter().find(|(name, _)| name == "index.html").unwrap();
+        std::str::from_utf8(page).unwrap()
+    }
+
+    fn written(&self) -> TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        self.files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).unwrap());
+        folder
+    }
+}
+
+/// Returns the report, which is made once for all tests. It is kept in memory, so that no folder is left.
+pub(crate) fn made() -> &'static Made {
+    static MADE: LazyLock<Made> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("empty-home")).unwrap();
+        let arguments = "paper -o report --size 64x48 --runs 1 --truth-rays 16 --models empty-home";
+        let output = cached(folder.path(), arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        let entries = std::fs::read_dir(folder.path().join("report")).unwrap().map(Result::unwrap);
+        let read = |path: &Path| std::fs::read(path).unwrap();
+        let files = entries.map(|entry| (entry.file_name().into_string().unwrap(), read(&entry.path()))).collect();
+        Made { files, said }
+    });
+    &MADE
+}
+
 #[test]
 fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::create_dir(folder.path().join("empty-home")).unwrap();
-    let arguments = "paper -o report --size 64x48 --runs 1 --truth-rays 16 --models empty-home";
-    let output = cached(folder.path(), arguments);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{said}");
-    let report = folder.path().join("report");
-    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+    let made = made();
+    let (folder, page, said) = (made.written(), made.page(), &made.said);
+    let report = folder.path().to_path_buf();
 
     // The page needs no network, and none of the files beside it.
-    for source in between(&page, "src=\"", "\"").chain(between(&page, "href=\"", "\"")) {
+    for source in between(page, "src=\"", "\"").chain(between(page, "href=\"", "\"")) {
         assert!(source.starts_with("data:image/png;base64,") || source.starts_with('#'), "{source:.60}");
     }
     assert!(!page.contains("<link") && !page.contains("@import") && !page.contains("url("));
     for figure in FIGURES {
         assert!(page.contains(&format!("<section id=\"figure-{figure}\"")), "figure {figure} is missing");
     }
-    for anchor in between(&page, "href=\"#", "\"") {
+    for anchor in between(page, "href=\"#", "\"") {
         assert!(page.contains(&format!("id=\"{anchor}\"")), "#{anchor} leads nowhere");
     }
     assert!(page.contains("class=\"compare\""), "the page has no pair of pictures to compare");
@@ -63,12 +97,12 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     // The same pictures are saved as files beside the page, and every file is complete.
     let files: Vec<_> = std::fs::read_dir(&report).unwrap().map(|entry| entry.unwrap().path()).collect();
     let of = |extension: &str| files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).count();
-    assert_eq!(between(&page, "src=\"data:", "\"").count(), of("png"));
+    assert_eq!(between(page, "src=\"data:", "\"").count(), of("png"));
     assert_eq!(page.matches("<svg").count(), of("svg"));
     assert!(of("png") > 30 && of("svg") > 6);
     assert_eq!(of("tmp"), 0, "a half-written file is left");
-    commands_make_the_same_pictures(&page, &report);
-    what_a_rim_hides_is_open_to_ssao_alone(&page);
+    commands_make_the_same_pictures(page, &report);
+    what_a_rim_hides_is_open_to_ssao_alone(page);
 
     let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();
     let claims = figures["claims"].as_array().unwrap();

@@ -14,7 +14,7 @@ use hbao::Error;
 
 pub(super) use crysis::open_share;
 pub(super) use hidden::hidden_points;
-pub(super) use picture::{detail, grey};
+pub(super) use picture::{detail, grey, picture};
 
 /// Makes one figure.
 type Make = fn(&Lab) -> Result<Figure, Error>;
