@@ -2,6 +2,7 @@
 
 mod claim;
 mod claims;
+mod diagrams;
 mod drawing;
 mod extremes;
 pub(crate) mod fields;

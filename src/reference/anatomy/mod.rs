@@ -32,7 +32,7 @@ pub struct Start {
     pub P: DVec3,
     /// The unit normal, turned towards the eye; zero if the image holds none.
     pub normal: DVec3,
-    /// R projected to the image, in texels in x and y (Figure 6.2.11).
+    /// R projected to the image, in texels in x and y (Figure 6.2.11); 0 for methods that read no radius.
     pub radius_px: DVec2,
     /// The number of samples in each direction: N_s, or fewer if `exit` is `shorten`.
     pub steps: u32,
@@ -127,10 +127,13 @@ impl<'a> Anatomy<'a> {
         Some(told.points)
     }
 
-    /// Returns a slice through the depth image: the surface points, minus P, in eye space, of the texels that a line
-    /// through the pixel meets. `towards` is the line's direction in texels, of any length above 0. The texels are those
-    /// from number `texels.start()` to number `texels.end()` along the line; number 0 is P's own. Texels on background
-    /// and outside the image are `None`.
+    /// Returns a slice through the depth image along a line through the pixel: surface points minus P, in eye space.
+    /// `towards` is the line's direction in texels, of any length above 0. Along its larger component there is one
+    /// point for each texel, from number `texels.start()` to number `texels.end()`; number 0 is P itself. Background and
+    /// places outside the image are `None`.
+    ///
+    /// The line runs between the centres of two texels. If their depths differ by less than 8 times the width of a
+    /// texel, the depth on the line is interpolated so that planes stay planes; otherwise it is that of the nearer centre.
     #[must_use]
     pub fn profile(
         &self,
@@ -140,11 +143,28 @@ impl<'a> Anatomy<'a> {
     ) -> Option<Vec<Option<DVec3>>> {
         let (scene, pixel) = (&self.scene, self.pixel(pixel)?);
         let step = towards / towards.abs().max_element();
-        let of = |i: i32| {
-            let q = pixel.p + EXACT.round(f64::from(i) * step);
+        let depth = |q: DVec2| {
             let inside = q == scene.clamped(q);
-            let z = if inside { scene.depth(q.x as usize, q.y as usize) } else { f64::INFINITY };
-            z.is_finite().then(|| scene.position(q, z) - pixel.P)
+            if inside { scene.depth(q.x as usize, q.y as usize) } else { f64::INFINITY }
+        };
+        let of = |i: i32| {
+            let offset = f64::from(i) * step;
+            let nearer = depth(pixel.p + EXACT.round(offset));
+            let [low, high] = [offset.floor(), offset.ceil()].map(|texel| depth(pixel.p + texel));
+            let share = (offset - offset.floor()).max_element();
+            let width =
+                scene.pixel_extent().max_element() * if scene.projection.is_perspective() { nearer } else { 1.0 };
+            // A comparison with NaN, the difference of two infinite depths, is false.
+            let smooth = nearer.is_finite() && (high - low).abs() < 8.0 * width;
+            let z = if !smooth {
+                nearer
+            } else if scene.projection.is_perspective() {
+                // On a plane 1/z is linear in the image.
+                1.0 / ((1.0 - share) / low + share / high)
+            } else {
+                (1.0 - share) * low + share * high
+            };
+            z.is_finite().then(|| scene.position(pixel.p + offset, z) - pixel.P)
         };
         Some(texels.map(of).collect())
     }
@@ -398,13 +418,47 @@ mod tests {
         assert_eq!((profile.len(), profile[40]), (81, Some(DVec3::ZERO)));
         assert!(profile[0].is_none() && profile[80].is_none());
         let p = anatomy.position(pixel).unwrap();
-        for (i, point) in (-40..=40).zip(&profile) {
+        let mut met = 0;
+        // At every second texel the line meets a centre.
+        for (i, point) in (-40..=40).zip(&profile).step_by(2) {
             if let Some(point) = point {
-                let x = (pixel.0 as i32 - i) as usize;
-                let y = (pixel.1 as f64 + (f64::from(i) / 2.0 + 0.5).floor()) as usize;
-                assert!((p.z + point.z - view.depth.at(x, y)).abs() < 1e-12);
+                let (x, y) = (pixel.0 as i32 - i, pixel.1 as i32 + i / 2);
+                assert!((p.z + point.z - view.depth.at(x as usize, y as usize)).abs() < 1e-12);
+                met += 1;
             }
         }
+        assert!(met > 5);
         assert!(anatomy.position((SIZE.0, 0)).is_none());
+    }
+
+    #[test]
+    fn a_profile_of_a_plane_is_straight_in_every_direction() {
+        let settings = Settings { radius: Radius::Units(1.0), ..Settings::default() };
+        let tile = rotation_tile(&settings);
+        let (n, pixel) = (DVec3::new(0.5, -0.4, -0.6), (18, 14));
+        for projection in [
+            Projection::Perspective { tan_half_fov_x: 0.6, tan_half_fov_y: 0.5 },
+            Projection::Orthographic { half_width: 1.8, half_height: 1.4 },
+        ] {
+            let [half_x, half_y] = projection.half_extents();
+            let depth = Image::from_fn(SIZE.0, SIZE.1, |x, y| {
+                let of = |i: usize, count: usize, half: f64| ((2 * i + 1) as f64 / count as f64 - 1.0) * half;
+                let (x, y) = (of(x, SIZE.0, half_x), of(y, SIZE.1, half_y));
+                // The plane n.p = 4 n.z, which is 4 before the eye in the middle.
+                if projection.is_perspective() {
+                    4.0 * n.z / n.dot(DVec3::new(x, y, 1.0))
+                } else {
+                    4.0 - n.dot(DVec3::new(x, y, 0.0)) / n.z
+                }
+            });
+            let view = View { depth, normals: Image::filled(SIZE.0, SIZE.1, n.to_array()), projection };
+            let inputs = inputs(&view, &tile);
+            let anatomy = Anatomy::new(&inputs, &settings).unwrap();
+            for turn in 0..16 {
+                let towards = DVec2::from_angle(f64::from(turn) * 0.39);
+                let profile = anatomy.profile(pixel, towards, -9..=9).unwrap();
+                assert!(profile.iter().all(|point| n.dot(point.unwrap()).abs() < 1e-12), "{projection:?} {towards}");
+            }
+        }
     }
 }
