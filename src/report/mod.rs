@@ -3,6 +3,7 @@
 mod bars;
 mod claim;
 mod claims;
+mod diagrams;
 mod drawing;
 mod extremes;
 pub(crate) mod fields;

@@ -1,5 +1,6 @@
 //! Makes the report: measures and renders everything, and returns the files to be written.
 
+use super::diagrams::{self, Diagrams};
 use super::extremes::{self, Extremes};
 use super::figures;
 use super::findings;
@@ -19,10 +20,6 @@ use std::time::Instant;
 pub(crate) const PAGE: &str = "index.html";
 /// The name of the file that holds the page's figures as numbers.
 pub(crate) const FIGURES: &str = "report.json";
-
-/// The line of the page that lists the papers' diagrams that show nothing rendered.
-const DIAGRAMS: &str = "The papers' diagrams that show nothing rendered: 6.1.2, 6.1.3, 6.2.2, 6.2.5 to 6.2.9, 6.2.11, 6.2.12 and \
-                        the talk's Figure 2";
 
 /// The options of a report.
 pub(crate) struct Options {
@@ -65,7 +62,7 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
     let mut report = Report {
         about: Vec::new(),
         findings: Vec::new(),
-        missing: lab.missing.iter().cloned().chain([DIAGRAMS.into()]).collect(),
+        missing: lab.missing.clone(),
         claims: Vec::new(),
         measures: speeds::figures(&measures)?,
         figures: Vec::new(),
@@ -87,6 +84,10 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
         report.figures.push(make(&lab)?);
         progress.inc(1);
     }
+    let Diagrams { figures: drawn, missing } = diagrams::draw(&lab)?;
+    diagrams::insert(&mut report.figures, drawn);
+    report.missing.extend(missing);
+    progress.inc(1);
     progress.finish_and_clear();
     if let Some(line) = too_noisy(&lab, &measures) {
         say(&line);
