@@ -96,7 +96,7 @@ fn half_resolution(lab: &Lab, measures: &Measures, claim: Option<&Claim>) -> Res
     let full = lab.church().exact(Method::Hbao);
     let half = Settings { half_res: true, ..full.clone() };
     let errors = claim.iter().flat_map(|claim| &claim.found);
-    let errors: Vec<_> = errors.map(|found| format!("{:.2} times in {}", found.value, found.scene)).collect();
+    let errors: Vec<_> = errors.map(|found| format!("{:.2} times ({})", found.value, found.scene)).collect();
     let ratio = measures.ratios.iter().find(|ratio| ratio.what == "AO at half over full resolution, 8/8");
     let time = ratio.map_or(String::new(), |ratio| {
         let then = ratio.papers.iter().map(|(_, share)| *share);
@@ -109,7 +109,7 @@ fn half_resolution(lab: &Lab, measures: &Measures, claim: Option<&Claim>) -> Res
         )
     });
     Ok(Finding {
-        answer: format!("{time}Its error is that of full resolution {}.", errors.join(" and ")),
+        answer: format!("{time}Its error is {} that of full resolution.", errors.join(" and ")),
         claims: &["half-resolution", "half-resolution-balance"],
         figure: Figure {
             id: "finding-half-resolution".into(),

@@ -279,7 +279,7 @@ fn the_summary_answers_what_readers_ask_first() {
     let summary = page.split("id=\"figures\"").next().unwrap();
     let answers = [
         ("finding-normals", "Do 8-bit normals suffice?", "/255"),
-        ("finding-half-resolution", "What does half resolution cost?", "times in nave"),
+        ("finding-half-resolution", "What does half resolution cost?", "times (nave)"),
         ("finding-two-papers", "Where do the two papers disagree?", "a factor of 1.83"),
         ("finding-error", "Where does the error come from?", "% the method itself"),
     ];

@@ -26,7 +26,7 @@ const EQUATIONS: [Equation; 13] = [
     Equation {
         name: "6.2.2",
         latex: r"A_2 = 1 - \frac{1}{2\pi} \int_\Omega V(\vec\omega)\,d\omega",
-        text: "The same without the cosine: 6.2.3 with W = 1, which is --attenuation none.",
+        text: "The same without the cosine: 6.2.3 with W = 1, which is the setting attenuation = none.",
         files: &["src/reference/truth.rs"],
     },
     Equation {
@@ -64,7 +64,7 @@ const EQUATIONS: [Equation; 13] = [
     Equation {
         name: "6.2.8",
         latex: r"A = 1 - \frac{1}{N_d} \sum_{\theta} \sum_{i=1}^{N_s} W(S_i)\,(\sin\phi_i - \sin\phi_{i-1}), \quad \phi_0 = t(\theta)",
-        text: "With one tangent for a direction: --grounding direction. The mean over N_d directions replaces the integral over \
+        text: "With one tangent for a direction, the setting grounding = direction. The mean over N_d directions replaces the integral over \
                the azimuth.",
         files: &["glsl/hbao.frag", "src/reference/hbao.rs"],
     },
