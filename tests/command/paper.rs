@@ -171,7 +171,7 @@ fn what_a_rim_hides_is_open_to_ssao_alone(page: &str) {
 /// The numbers in the diagrams must be those that the twin finds at their pixel in a view that is rendered again here.
 fn diagrams_have_the_numbers_of_the_twin(page: &str) {
     let section = |id: &str| {
-        let rest = page.split(format!("<section id=\"figure-{id}\"").as_str()).nth(1).unwrap();
+        let (_, rest) = page.split_once(&format!("<section id=\"figure-{id}\"")).unwrap();
         rest.split("</section>").next().unwrap()
     };
     let samples = section("6.2.9");

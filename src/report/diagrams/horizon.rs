@@ -120,7 +120,7 @@ pub(super) fn outlier(lab: &Lab) -> Result<Diagram, Error> {
             file: "6.2.6.svg".into(),
             caption: format!(
                 "Sample {} lies {share:.2} R from P, on an object in front of it. At its elevation of {} it would hide everything lower. \
-                 It is further than R, so it is ignored, and the horizon stays at {}. Samples that raise the horizon are filled.",
+                 It is further than R, so it is ignored, and the horizon stays at {}. Hollow samples do not raise the horizon.",
                 outlier.index,
                 degrees(found.sin_phi),
                 degrees(slice.sin_h())
