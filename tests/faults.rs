@@ -121,6 +121,12 @@ fn is_temporary(name: &str) -> bool {
     name.rsplit('/').next().unwrap().starts_with(".hbao-")
 }
 
+/// Returns the number of files that have been written under a temporary name. The command also makes empty ones, and
+/// removes them, before it renders.
+fn staged(folder: &Path) -> usize {
+    files(folder).iter().filter(|(name, bytes)| is_temporary(name) && !bytes.is_empty()).count()
+}
+
 /// Returns the files that an undisturbed run writes. The times in them differ from run to run.
 fn whole(arguments: &str) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
@@ -299,7 +305,7 @@ mod killed {
             make_fifo(&folder.path().join("out.png"));
             let mut child = start(folder.path(), &arguments);
             child.stdin.take().unwrap().write_all(SCENE.as_bytes()).unwrap();
-            wait_until(&mut child, || files(folder.path()).keys().filter(|name| is_temporary(name)).count() == 8);
+            wait_until(&mut child, || staged(folder.path()) == 8);
             send(&child, signal);
             let output = child.wait_with_output().unwrap();
             assert_eq!(output.status.signal(), Some(signal), "{:?}", said(&output));
@@ -523,7 +529,7 @@ mod folders {
         make_fifo(&pipe);
         let mut child = start(folder.path(), &format!("{DUMP} --size 8x8"));
         child.stdin.take().unwrap().write_all(SCENE.as_bytes()).unwrap();
-        wait_until(&mut child, || files(folder.path()).keys().filter(|name| is_temporary(name)).count() == 8);
+        wait_until(&mut child, || staged(folder.path()) == 8);
         fs::remove_dir_all(folder.path().join("dump")).unwrap();
         // When the pipe is read, the command continues.
         let picture = fs::read(&pipe).unwrap();

@@ -69,7 +69,7 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     let mut bytes = vec![0; width * height * T::COMPONENTS];
-    reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;
+    reader.next_frame(&mut bytes).map_err(|e| damaged(path, &e))?;
     Ok(Image::from_fn(width, height, |x, y| {
         let texel = ((height - 1 - y) * width + x) * T::COMPONENTS;
         T::from_components(|i| bytes[texel + i])
@@ -146,10 +146,10 @@ fn reader(path: &Path, prepare: impl FnOnce(&mut Decoder<BufReader<File>>)) -> R
     let (file, length) = open(path)?;
     let mut decoder = Decoder::new(file);
     prepare(&mut decoder);
-    let info = decoder.read_header_info().map_err(|e| Error::input(path, e.to_string()))?;
+    let info = decoder.read_header_info().map_err(|e| damaged(path, &e))?;
     let claimed = u128::from(info.width) * u128::from(info.height) * info.bits_per_pixel() as u128 / 8;
     check_claim(path, length, claimed)?;
-    decoder.read_info().map_err(|e| Error::input(path, e.to_string()))
+    decoder.read_info().map_err(|e| damaged(path, &e))
 }
 
 fn color<T: Texel>() -> ColorType {
