@@ -26,8 +26,8 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift, obser
     let texels = |offset: DVec3| offset.truncate() * scene.extent();
     let point = |offset: DVec3| scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
     if settings.ssao_normals == Toggle::On {
-        // 6.1, Future improvements: no sample lies behind the surface. D leads from P to the point at the sample's depth
-        // on the ray through the sample's position. If n.D is negative, the offset is reversed.
+        // 6.1, Future improvements: no sample lies behind the surface. D leads from P to the point at the sample's
+        // depth on the ray through the sample's position. If n.D is negative, the offset is reversed.
         let D = point(offset) - pixel.P;
         if pixel.n.dot(D) < shift.comparison * pixel.n.length() * D.length() {
             offset = -offset;
