@@ -404,9 +404,9 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
         "glTexImage2D",
         &[
             "another format",
-            "gbuffer: colour",
             "gbuffer: depth",
             "gbuffer: normals",
+            "gbuffer: colour",
             "ao: image",
             "blur: image",
             "composite: image",
@@ -415,9 +415,9 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
         ],
         &[
             "another format",
-            "gbuffer: colour",
             "gbuffer: depth",
             "gbuffer: normals",
+            "gbuffer: colour",
             "ao: image",
             "blur: image",
             "ao: rotation tile",
