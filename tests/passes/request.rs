@@ -12,8 +12,8 @@ fn colour_is_drawn_and_resolved_only_if_an_image_needs_it() {
     let gl = faults::refusing(&context);
     let shot = scenes::box_on_a_floor();
     let settings = Settings { radius: Radius::Units(0.8), msaa: 4, directions: 4, steps: 2, ..Settings::default() };
-    // Renders with a request, and returns the pipeline, the number of multisample textures, and whether the shaders were
-    // given a colour or a light.
+    // Renders with a request, and returns the pipeline, the number of multisample textures, and whether the shaders
+    // were given a colour or a light.
     let render = |request: Request| {
         let (pipeline, told) = faults::run(&gl, None, || {
             let mut pipeline = Pipeline::new(&gl, SIZE, &settings, request).unwrap();
