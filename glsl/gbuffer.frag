@@ -1,8 +1,9 @@
 // The G-buffer: linear depth, normal and colour of the surface, evaluated on the ray through the pixel's centre.
 // The float64 twin is src/reference/gbuffer.rs, which finds the same surface by ray casting.
 //
-// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; COLOUR if
-// an image needs the colour; and either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the interpolated vertex normal).
+// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; COLOUR
+// if an image needs the colour; and either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the
+// interpolated vertex normal).
 in vec3 position; // in eye space, relative to the middle of the near plane: (x, y, z - near)
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;

@@ -13,8 +13,8 @@ const COLOUR: [f32; 4] = [1.0, 0.0, 1.0, 0.0];
 
 /// Returns true if the driver renders to the three formats of the G-buffer together: `depth`, the given format for
 /// normals, and RGBA8 for colours. They are probed together even if no image needs colours, so that the format that is
-/// chosen, and with it ambient occlusion, does not depend on which images are made. Colours in [0, 1], the depth of background, and the given normal must read back as
-/// they were drawn.
+/// chosen, and with it ambient occlusion, does not depend on which images are made. Colours in [0, 1], the depth of
+/// background, and the given normal must read back as they were drawn.
 pub(crate) fn renders(
     gl: &Arc<glow::Context>,
     depth: Format,

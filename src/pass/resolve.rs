@@ -1,5 +1,5 @@
-//! Resolves multisample textures to one value per pixel: one sample of depth and normals, and the mean of the colours if an image needs it
-//! (ShaderX7 6.2, Multisample antialiasing).
+//! Resolves multisample textures to one value per pixel: one sample of depth and normals, and the mean of the colours
+//! if an image needs it (ShaderX7 6.2, Multisample antialiasing).
 
 use super::{FULLSCREEN, FullScreen};
 use crate::Error;

@@ -95,9 +95,8 @@ impl Pipeline {
     }
 
     /// Makes another pipeline that draws into the G-buffer of this one. Its settings must have the same formats of
-    /// depth and normals, and the same number of samples, and its request must need colour only if this pipeline's does.
-    /// Measurements run many pipelines in turns, and memory could
-    /// not hold a G-buffer for each of them.
+    /// depth and normals, and the same number of samples, and its request must need colour only if this pipeline's
+    /// does. Measurements run many pipelines in turns, and memory could not hold a G-buffer for each of them.
     pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
         settings.validate()?;
         Pipeline::with(&self.gl, self.size, settings, request, self.targets.clone(), self.notices.clone())

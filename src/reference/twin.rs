@@ -4,8 +4,8 @@ use super::observer::Observer;
 use super::sampling::{MethodScene, Pixel, Shift};
 use crate::settings::Settings;
 
-/// Computes the occlusion of a pixel in direction k, or by sample k, and tells the observer how. The converged forms tell
-/// nothing.
+/// Computes the occlusion of a pixel in direction k, or by sample k, and tells the observer how. The converged forms
+/// tell nothing.
 pub(super) type Occlusion = fn(&MethodScene, &Pixel, u32, Shift, &mut dyn Observer) -> f64;
 
 /// A method in the form A = 1 - scale * (sum of its occlusion over all directions, or over all samples).

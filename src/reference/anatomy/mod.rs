@@ -81,9 +81,9 @@ impl<'a> Anatomy<'a> {
         Some(self.method.as_ref().map_or(1.0, |method| method.at(&self.scene, &pixel)))
     }
 
-    /// Returns direction k = 0..N_d with its samples, and what each adds to the occlusion. A = clamp(1 - strength / N_d *
-    /// (sum over the directions), 0, 1), unless the method exits early at the pixel ([`Start::exits_early`]). It is
-    /// `None` too for methods that have no horizon.
+    /// Returns direction k = 0..N_d with its samples, and what each adds to the occlusion. If S is the sum over the
+    /// directions, A = clamp(1 - S strength / N_d, 0, 1), unless the method exits early at the pixel
+    /// ([`Start::exits_early`]). It is `None` too for methods that have no horizon.
     #[must_use]
     pub fn slice(&self, pixel: (usize, usize), k: u32) -> Option<Slice> {
         let (scene, pixel) = (&self.scene, self.pixel(pixel)?);
@@ -129,11 +129,12 @@ impl<'a> Anatomy<'a> {
 
     /// Returns a slice through the depth image along a line through the pixel: surface points minus P, in eye space.
     /// `towards` is the line's direction in texels, of any length above 0. Along its larger component there is one
-    /// point for each texel, from number `texels.start()` to number `texels.end()`; number 0 is P itself. Background and
-    /// places outside the image are `None`.
+    /// point for each texel, from number `texels.start()` to number `texels.end()`; number 0 is P itself. Background
+    /// and places outside the image are `None`.
     ///
     /// The line runs between the centres of two texels. If their depths differ by less than 8 times the width of a
-    /// texel, the depth on the line is interpolated so that planes stay planes; otherwise it is that of the nearer centre.
+    /// texel, the depth on the line is interpolated so that planes stay planes; otherwise it is that of the nearer
+    /// centre.
     #[must_use]
     pub fn profile(
         &self,

@@ -12,16 +12,16 @@ const DOWN: f64 = 0.42;
 /// The angle in radians from the drawing's right at which the direction is seen, towards the onlooker.
 const ASIDE: f64 = 0.6;
 
-/// Returns where a vector of eye space is drawn. The way to the eye, -z, points up. The onlooker has turned about it by an
-/// angle.
+/// Returns where a vector of eye space is drawn. The way to the eye, -z, points up. The onlooker has turned about it by
+/// an angle.
 fn drawn(v: DVec3, turn: f64) -> DVec2 {
     let (sin, cos) = turn.sin_cos();
     let (right, away) = (v.x * cos + v.y * sin, v.y * cos - v.x * sin);
     dvec2(right, -v.z * DOWN.cos() + away * DOWN.sin())
 }
 
-/// Draws the hemisphere of a place: the eye's axes, the tangent plane, the normal, and the direction to the horizon with its
-/// angles. The axis and the elevation have the names that the paper gives them.
+/// Draws the hemisphere of a place: the eye's axes, the tangent plane, the normal, and the direction to the horizon
+/// with its angles. The axis and the elevation have the names that the paper gives them.
 pub(super) fn hemisphere(
     anatomy: &Anatomy,
     place: Place,

@@ -1,8 +1,8 @@
 //! A sheet on which a diagram is drawn as SVG. Places are given in the diagram's own plane, with y up. What leaves the
 //! frame is cut off, and labels are moved until none covers another.
 //!
-//! The SVG has no identifiers and no links, so that many of them can stand in one page, and brings its own paper, so that
-//! it is legible on light and dark backgrounds.
+//! The SVG has no identifiers and no links, so that many of them can stand in one page, and brings its own paper, so
+//! that it is legible on light and dark backgrounds.
 
 use glam::{DVec2, dvec2};
 use maud::html;

@@ -1,5 +1,5 @@
-//! The papers' diagrams, drawn again from a real pixel of a rendered view with the numbers that the float64 twins compute
-//! there.
+//! The papers' diagrams, drawn again from a real pixel of a rendered view with the numbers that the float64 twins
+//! compute there.
 
 mod azimuths;
 mod canvas;
@@ -80,8 +80,8 @@ pub(super) fn insert(figures: &mut Vec<Figure>, diagrams: Vec<Figure>) {
     }
 }
 
-/// Returns what figures are sorted by. The talk's figures come after the chapters', and what has no number in the papers
-/// comes last.
+/// Returns what figures are sorted by. The talk's figures come after the chapters', and what has no number in the
+/// papers comes last.
 fn order(id: &str) -> Vec<u32> {
     id.split(['.', '-']).map(|part| part.parse().unwrap_or(if part == "talk" { 100 } else { 1000 })).collect()
 }

@@ -65,8 +65,8 @@ impl Section {
     }
 }
 
-/// Draws the surface of the depth image through these points, and fills what lies behind it as seen from the eye. `at` says
-/// where a point relative to P is drawn.
+/// Draws the surface of the depth image through these points, and fills what lies behind it as seen from the eye. `at`
+/// says where a point relative to P is drawn.
 #[allow(non_snake_case)]
 pub(super) fn ground(canvas: &mut Canvas, profile: &Profile, P: DVec3, at: &dyn Fn(DVec3) -> DVec2) {
     for part in profile {

@@ -9,8 +9,8 @@ use hbao::{Error, Settings};
 
 /// The size of the view, which does not depend on the report's.
 pub(super) const SIZE: (u32, u32) = (960, 960);
-/// R in the units of the Cornell box. It is less than the box's default, so that R about a pixel of the front faces of its
-/// blocks lies inside of the picture. Steps are about 13 texels long.
+/// R in the units of the Cornell box. It is less than the box's default, so that R about a pixel of the front faces of
+/// its blocks lies inside of the picture. Steps are about 13 texels long.
 pub(super) const RADIUS: f64 = 100.0;
 
 /// Returns the scene of the diagrams: the Cornell box, which is built in.
@@ -47,8 +47,8 @@ pub(super) struct Place {
 /// The largest n.z of a surface that is shown: steeper ones are seen too much from the side.
 const STEEP: f64 = -0.6;
 
-/// Finds the place with the highest score among the pixels about which R lies inside of the picture, and all directions.
-/// A score of `None` excludes a place.
+/// Finds the place with the highest score among the pixels about which R lies inside of the picture, and all
+/// directions. A score of `None` excludes a place.
 fn best(anatomy: &Anatomy, directions: u32, score: impl Fn(&Slice, &Slice) -> Option<f64>) -> Option<Place> {
     let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
     let mut best: Option<(f64, Place)> = None;
@@ -75,9 +75,9 @@ fn best(anatomy: &Anatomy, directions: u32, score: impl Fn(&Slice, &Slice) -> Op
     best.map(|(_, place)| place)
 }
 
-/// Finds the place at which the most samples raise the horizon, and among equal ones the one with the largest occlusion.
-/// The first and the third sample raise it by at least 5 degrees each, to more than 45 degrees in the end, the tangent is
-/// tilted by 5 to 50 degrees, and the surface goes on straight in the opposite direction.
+/// Finds the place at which the most samples raise the horizon, and among equal ones the one with the largest
+/// occlusion. The first and the third sample raise it by at least 5 degrees each, to more than 45 degrees in the end,
+/// the tangent is tilted by 5 to 50 degrees, and the surface goes on straight in the opposite direction.
 pub(super) fn rising(anatomy: &Anatomy, directions: u32) -> Option<Place> {
     best(anatomy, directions, |slice, opposite| {
         let raise = |i: usize| {
