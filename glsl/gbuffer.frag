@@ -1,21 +1,25 @@
-// The G-buffer: colour, linear depth and normal of the surface, evaluated on the ray through the pixel's centre.
+// The G-buffer: linear depth, normal and colour of the surface, evaluated on the ray through the pixel's centre.
 // The float64 twin is src/reference/gbuffer.rs, which finds the same surface by ray casting.
 //
-// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; and
-// either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the interpolated vertex normal).
+// Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; COLOUR
+// if an image needs the colour; and either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the
+// interpolated vertex normal).
 in vec3 position; // in eye space, relative to the middle of the near plane: (x, y, z - near)
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;
 #endif
 
-uniform vec3 diffuse;    // the material's colour
-uniform vec3 light;      // unit vector towards the light, in eye space
-uniform vec2 shading;    // x: the factor of the ambient light, y: the factor of the directional light
-uniform vec2 near_far;   // the depths of the near and the far plane
+uniform vec2 near_far; // the depths of the near and the far plane
 
-out vec4 out_0; // colour; alpha is the share of the colour that is ambient
-out float out_1; // linear depth
-out vec4 out_2; // normal
+out float out_0; // linear depth
+out vec4 out_1; // normal
+#ifdef COLOUR
+uniform vec3 diffuse; // the material's colour
+uniform vec3 light;   // unit vector towards the light, in eye space
+uniform vec2 shading; // x: the factor of the ambient light, y: the factor of the directional light
+
+out vec4 out_2; // colour; alpha is the share of the colour that is ambient
+#endif
 
 // Returns v divided by the magnitude of its largest component. The result is zero if v is zero, infinite or NaN.
 vec3 scaled(vec3 v)
@@ -67,12 +71,14 @@ void main()
     vec3 n = plane;
 #endif
 
-    float lit = shading.y * max(dot(n, light), 0.0);
-    out_0 = vec4(diffuse * (shading.x + lit), shading.x / (shading.x + lit));
-    out_1 = z;
+    out_0 = z;
 #ifdef NORMALS_BIASED
-    out_2 = vec4(0.5 * n + 0.5, 1.0);
+    out_1 = vec4(0.5 * n + 0.5, 1.0);
 #else
-    out_2 = vec4(n, 0.0);
+    out_1 = vec4(n, 0.0);
+#endif
+#ifdef COLOUR
+    float lit = shading.y * max(dot(n, light), 0.0);
+    out_2 = vec4(diffuse * (shading.x + lit), shading.x / (shading.x + lit));
 #endif
 }

@@ -82,7 +82,7 @@ images! {
         name: Some("color"),
         dumped: Some("color.png"),
         help: COLOURS,
-        needs: |request, _| request,
+        needs: |request, _| Request { colour: true, ..request },
         unblurred: false,
         decided_by: |knob, _| matches!(knob, "msaa" | "normals"),
         read: |pipeline, _| Ok(Pixels::Colours(pipeline.colour()?)),

@@ -65,7 +65,9 @@ fn the_settings_used_here_cover_every_switch() {
             Kind::Switch => vec!["false".into(), "true".into()],
             _ => continue,
         };
-        let used: BTreeSet<String> = every_switch().iter().map(|settings| knob.text(settings)).collect();
+        // A setting without a value of its own has an empty text.
+        let used = every_switch().into_iter().map(|settings| knob.text(&settings)).filter(|text| !text.is_empty());
+        let used: BTreeSet<String> = used.collect();
         assert_eq!(used, values.into_iter().collect(), "{}", knob.name);
     }
     let shots = (0..every_switch().len()).map(shot);

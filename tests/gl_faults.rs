@@ -114,9 +114,10 @@ fn scenarios(context: &Context) -> Vec<Scenario> {
     };
     let textures = Textures::new(context.gl(), &view(), TextureTarget::Texture2d, NormalEncoding::Signed);
     let mut all = Vec::new();
-    for (name, settings, request) in
-        [("multisample", multisample, everything), ("half", half, Request { raw: true, ..Request::default() })]
-    {
+    for (name, settings, request) in [
+        ("multisample", multisample, everything),
+        ("half", half, Request { raw: true, colour: true, ..Request::default() }),
+    ] {
         let lesser = [(settings.normal_format, 1), (NormalFormat::Rgba16f, 4), (NormalFormat::Rgba16f, 1)].map(
             |(normal_format, msaa)| {
                 let settings = Settings { normal_format, msaa: settings.msaa.min(msaa), ..settings.clone() };
@@ -403,9 +404,9 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
         "glTexImage2D",
         &[
             "another format",
-            "gbuffer: colour",
             "gbuffer: depth",
             "gbuffer: normals",
+            "gbuffer: colour",
             "ao: image",
             "blur: image",
             "composite: image",
@@ -414,9 +415,9 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
         ],
         &[
             "another format",
-            "gbuffer: colour",
             "gbuffer: depth",
             "gbuffer: normals",
+            "gbuffer: colour",
             "ao: image",
             "blur: image",
             "ao: rotation tile",

@@ -260,7 +260,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
     ("error", &[]),
     ("projection", &[]),
     ("threads", &[]),
-    ("settings", &["error"]),
+    ("settings", &["error", "projection"]),
     ("context", &["error", "threads"]),
     ("image", &["error"]),
     ("tile", &["image", "settings"]),

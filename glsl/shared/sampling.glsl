@@ -2,17 +2,9 @@
 // Snapping.
 //
 // Compiled in: N_D, the number of directions; DIRECTIONS, their unit vectors, at the angles 2 pi k / N_D; N_S, the
-// largest number of samples in a direction; EACH_STEP(step), which expands to step(1) step(2) ... as far as steps.count,
-// where `steps` is a variable of the type Steps; one of EXIT_*; one of SNAP_*; one of CLAMP_*; and DIRECTIONS_LOOPED, if
-// the loop over directions must not be unrolled.
+// largest number of samples in a direction; EACH_STEP(step), which expands to step(1) step(2) ... as far as
+// steps.count, where `steps` is a variable of the type Steps; one of EXIT_*; one of SNAP_*; and one of CLAMP_*.
 const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
-
-// The end of the loop over directions. A driver cannot unroll a loop whose end is a uniform.
-#ifdef DIRECTIONS_LOOPED
-uniform int direction_count; // N_D
-#else
-const int direction_count = N_D;
-#endif
 
 // The steps that a pixel takes in each direction.
 struct Steps {

@@ -81,9 +81,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let groups = read_groups(flags::text(matches, "only"))?;
     let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(&json)?;
-    let Opened { scene, settings, camera, notices: told } = flags.open()?;
+    let Opened { scene, settings, camera, notices, empty } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| FIXED.contains(knob));
-    idle.map(|knob| format!("--{knob} has no effect on the cases")).chain(told.clone()).for_each(|notice| say(&notice));
+    idle.map(|knob| format!("--{knob} has no effect on the cases")).chain(notices).for_each(|notice| say(&notice));
     let base = settings.resolved(scene.mesh.diagonal());
 
     let context = open_context(flags.backend)?;
@@ -114,10 +114,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     for (group, cases) in cases {
         let measured = measure(gl, &scene.mesh, &view, &cases, runs, || progress.inc(1))?;
         let unmeant = if measured.iter().all(|one| one.reach.covered == 0) {
-            unmeant::empty(&scene.mesh, &camera, &told)
+            (!empty).then(|| unmeant::empty(&flags, &scene.mesh, &camera)).into_iter().collect()
         } else {
             let all = measured.iter().map(|one| (&one.case.settings, one.reach));
-            unmeant::radius_of_many(all).map(|notice| format!("{}: {notice}", title(group)))
+            let told = unmeant::radius_of_many(all).into_iter();
+            told.map(|notice| format!("{}: {notice}", title(group))).collect::<Vec<_>>()
         };
         for notice in measured.iter().flat_map(notices_of).chain(unmeant) {
             if !said.contains(&notice) {

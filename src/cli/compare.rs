@@ -36,7 +36,8 @@ It is left out if they are neither grey nor RGB, or if a value lies outside 0 to
 
 The exit code is 1 if a bound is exceeded: if the RMSE is above --max-rmse, or if more than --max-pixels pixels differ
 by more than --tolerance in some channel. --tolerance alone allows no such pixel, and --max-pixels alone counts every
-difference. Without bounds the exit code is 0. A number may be a fraction such as 2/255.
+difference. A channel that only one file has exceeds every bound. Without bounds the exit code is 0. A number may be a
+fraction such as 2/255.
 
 The heat map shows the largest difference of each pixel's channels in steps of 1/255:
   black  0             green   over 4, up to 16       magenta  a sample that is not finite and not equal
@@ -78,20 +79,22 @@ struct Bounds {
 impl Bounds {
     fn read(matches: &ArgMatches) -> Result<Bounds, Error> {
         let tolerance = number(matches, "tolerance")?;
-        let max_pixels = match flags::text(matches, "max-pixels") {
-            None => tolerance.map(|_| 0),
-            Some(text) => Some(
-                text.trim()
-                    .parse()
-                    .map_err(|_| Error::Usage(format!("--max-pixels: '{text}' is no whole number of at least 0")))?,
-            ),
-        };
+        let max_pixels =
+            match flags::text(matches, "max-pixels") {
+                None => tolerance.map(|_| 0),
+                Some(text) => Some(text.trim().parse().map_err(|_| {
+                    Error::Usage(format!("--max-pixels: '{text}' is not a whole number of at least 0"))
+                })?),
+            };
         Ok(Bounds { max_rmse: number(matches, "max-rmse")?, max_pixels, tolerance: tolerance.unwrap_or(0.0) })
     }
 
     /// Says which bounds a difference exceeds. The list is empty if it is within all of them.
     fn exceeded(&self, difference: &Difference) -> Vec<String> {
         let mut all = Vec::new();
+        if !difference.unmatched.is_empty() && (self.max_rmse.is_some() || self.max_pixels.is_some()) {
+            all.push(format!("only one of them has {}, which no bound allows", difference.unmatched.join(", ")));
+        }
         let not_finite = difference.unequal_non_finite;
         if let Some(most) = self.max_rmse {
             let rmse = difference.errors.rmse;
@@ -120,6 +123,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(heat.iter().chain(&json))?;
     let [a, b] = ["A", "B"].map(|name| matches.get_one::<PathBuf>(name).cloned().unwrap_or_default());
+    let real = |path: &PathBuf| path.canonicalize().ok();
+    if let Some(heat) =
+        heat.as_ref().filter(|heat| real(heat).is_some_and(|heat| [&a, &b].map(real).contains(&Some(heat))))
+    {
+        return Err(Error::Usage(format!("--heat {}: this is one of the pictures to compare", heat.display())));
+    }
     let (got, truth) = (read_channels(&a)?, read_channels(&b)?);
     let refused = |what: String| Error::Input { path: a.clone(), what };
     let difference =
@@ -232,6 +241,6 @@ fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
         None => part(text),
     };
     let value = value.filter(|value| value.is_finite() && *value >= 0.0);
-    let refused = || Error::Usage(format!("--{name}: '{text}' is no number of at least 0, such as 0.01 or 2/255"));
+    let refused = || Error::Usage(format!("--{name}: '{text}' is not a number of at least 0, such as 0.01 or 2/255"));
     value.map(Some).ok_or_else(refused)
 }

@@ -10,7 +10,7 @@ use glam::DVec3;
 use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{Outputs, exr, metadata, png};
-use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, Scene, View};
+use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, NOTHING_IN_VIEW, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, MethodBlur, Radius, Settings};
 use std::ffi::OsString;
 use std::fs::File;
@@ -51,6 +51,8 @@ pub(crate) struct Opened {
     pub(crate) camera: Camera,
     /// Notices about the scene's files and the camera.
     pub(crate) notices: Vec<String>,
+    /// Whether the notices say that nothing is in view.
+    pub(crate) empty: bool,
 }
 
 /// Makes a flag that takes a value.
@@ -262,8 +264,9 @@ impl Flags {
             return Err(Error::Input { path: self.scene.clone().into(), what: what.into() });
         }
         let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
+        let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
         let notices = [scene.notices.as_slice(), &of_camera].concat();
-        Ok(Opened { scene, settings, camera, notices })
+        Ok(Opened { scene, settings, camera, notices, empty })
     }
 
     /// Returns the settings. The settings file overrides `base`, and flags override both.
@@ -390,7 +393,9 @@ fn settings_file(path: &Path) -> Result<(PathBuf, String), Error> {
     };
     if let Some(texts) = texts {
         let text = texts.into_iter().find(|(keyword, _)| keyword == "hbao").map(|(_, text)| text);
-        let text = text.ok_or_else(|| refused("no settings in it: hbao did not write this image".into()))?;
+        let text = text.ok_or_else(|| {
+            refused("no settings in it: hbao did not write this image, or wrote it with --no-metadata".into())
+        })?;
         if text.len() as u64 > LONGEST_SETTINGS {
             return Err(refused(TOO_LONG.into()));
         }

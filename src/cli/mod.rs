@@ -64,7 +64,8 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
 /// Makes the description of the whole command line.
 fn command() -> Command {
     let quiet = Arg::new("quiet").long("quiet").action(ArgAction::SetTrue).global(true);
-    let quiet = quiet.help("Print no notices and no progress; results and errors are printed all the same");
+    let quiet = quiet
+        .help("Print no notices and no progress; errors, and results on standard output, are printed all the same");
     Command::new("hbao")
         .version(env!("CARGO_PKG_VERSION"))
         .about("The screen-space ambient occlusion of 2008, on OpenGL 3.3")

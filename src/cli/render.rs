@@ -10,7 +10,7 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::Reach;
-use hbao::scene::{Camera, Mesh};
+use hbao::scene::Camera;
 use hbao::settings::Settings;
 use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use serde_json::json;
@@ -40,7 +40,7 @@ pub(crate) fn command() -> Command {
         flags::valued("show", "IMAGE", format!("The image that is written to OUT [{shows}; default: final]")),
         flags::valued("apply", "PART", format!("The light that ambient occlusion darkens [{applies}; default: all]")),
         flags::path("dump", "DIR", "Write every intermediate image into this folder, which is created if needed"),
-        flags::path("timings", "FILE.json", "Write the time of each pass in milliseconds"),
+        flags::path("timings", "FILE.json", "Write the time of each pass that the images need, in milliseconds"),
         flags::no_metadata(),
     ];
     Command::new("render")
@@ -113,10 +113,7 @@ impl Wanted {
     }
 
     fn request(&self) -> Request {
-        let request = picture::request(self.images(), self.apply);
-        // With `--timings` every pass is timed, and so every pass must run.
-        let timings = self.timings.is_some();
-        Request { gbuffer_only: request.gbuffer_only && !timings, timings, ..request }
+        Request { timings: self.timings.is_some(), ..picture::request(self.images(), self.apply) }
     }
 
     /// Returns why a flag changes nothing that is written, or `None` if it does change something.
@@ -124,18 +121,15 @@ impl Wanted {
         if flag == "apply" {
             return self.request().composite.is_none().then(|| "unless --show is final".into());
         }
-        let idle = settings.idle(flag);
-        let timed = self.timings.is_some() && idle.is_none();
-        if timed || self.images().any(|image| image.is_decided_by(flag, settings)) {
+        if self.images().any(|image| image.is_decided_by(flag, settings)) {
             return None;
         }
-        Some(idle.map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
+        Some(settings.idle(flag).map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
     }
 
-    /// Returns the settings to render with. The blur is turned off if no written image needs it and no times are
-    /// written.
+    /// Returns the settings to render with. The blur is turned off if no written image needs it.
     fn needed(&self, settings: Settings) -> Settings {
-        let blur = if self.timings.is_none() && self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
+        let blur = if self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
         Settings { blur, ..settings }
     }
 }
@@ -152,29 +146,30 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         Outputs::check(wanted.paths())?;
     }
 
-    let Opened { scene, settings, camera, notices: told } = flags.open()?;
+    let opened = flags.open()?;
+    let Opened { scene, settings, camera, notices: told, .. } = &opened;
 
     let context = open_context(flags.backend)?;
     let apply = flags::text(matches, "apply").map(|_| "apply");
     let idle = flags
         .knobs_given()
         .chain(apply)
-        .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, &settings)?)));
+        .filter_map(|flag| Some(format!("--{flag} has no effect {}", wanted.without_effect(flag, settings)?)));
     idle.chain(told.iter().cloned()).for_each(|notice| say(&notice));
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
     samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
-    let mut times = pipeline.render(&scene.mesh, &camera)?;
+    let mut times = pipeline.render(&scene.mesh, camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
-        times = pipeline.render(&scene.mesh, &camera)?;
+        times = pipeline.render(&scene.mesh, camera)?;
     }
 
-    unmeant(&pipeline, &scene.mesh, &camera, &resolved, &told)?.iter().for_each(|notice| say(notice));
+    notice(&pipeline, &flags, &opened, &resolved)?.iter().for_each(|notice| say(notice));
 
-    let origin = origin(&settings, &flags, &camera, &wanted, &context, pipeline.samples());
+    let origin = origin(settings, &flags, camera, &wanted, &context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.
@@ -200,23 +195,18 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns notices about a picture that the user hardly meant. `told` are the notices about the camera.
-fn unmeant(
-    pipeline: &Pipeline,
-    mesh: &Mesh,
-    camera: &Camera,
-    settings: &Settings,
-    told: &[String],
-) -> Result<Option<String>, Error> {
+/// Returns the notice about a picture without surfaces, or about visibility of 1 that the user hardly meant.
+fn notice(pipeline: &Pipeline, flags: &Flags, opened: &Opened, settings: &Settings) -> Result<Option<String>, Error> {
+    let Opened { scene, camera, empty, .. } = opened;
     let depth = pipeline.depth()?;
     if !depth.texels.iter().any(|z| z.is_finite()) {
-        return Ok(unmeant::empty(mesh, camera, told));
+        return Ok((!empty).then(|| unmeant::empty(flags, &scene.mesh, camera)));
     }
-    if !pipeline.makes_ao() {
+    if !pipeline.makes_ao() || !settings.method.computes() {
         return Ok(None);
     }
     let radius = unmeant::radius(settings, |settings| Reach::of(&depth, camera.projection, settings))?;
-    Ok(radius.or(unmeant::open(&pipeline.ao()?, settings)))
+    Ok(radius.or(unmeant::open(&pipeline.ao()?, settings, settings.method.reads("radius"))))
 }
 
 /// Returns the metadata of an image: the text of a settings file, followed by a table with everything else that

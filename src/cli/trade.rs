@@ -23,9 +23,9 @@ attenuation. The time is that of ambient occlusion and its blur, the median over
 the pixels that hold a surface. A star marks each combination that no other beats in both time and RMSE. The column
 'exits' has the share of the surface at which a method exits early, with visibility 1, because a step is shorter than a
 texel there; combinations above 50 % get no star. An edge pixel is one whose 4 depth samples show more than one surface.
-Of the flags for settings, only --radius, --attenuation, --strength and --exit have an effect, because the sweep sets all
-other settings itself. With LP_NUM_THREADS=1 in the environment,
-llvmpipe uses one thread. Nothing else should run on the machine.
+Of the flags for settings, only --radius, --attenuation, --strength and --exit have an effect, because the sweep sets
+all other settings itself. With LP_NUM_THREADS=1 in the environment, llvmpipe uses one thread. Nothing else should run
+on the machine.
 
 The second table splits the error of 'hbao' into parts, for 4x4, 8x8 and 16x16 samples at full and at half resolution,
 on 50,000 random pixels that are the same in every run. Each part is the difference between two images:
@@ -65,7 +65,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let csv = flags::path_of(matches, "csv", "csv")?;
     let plotted = flags::path_of(matches, "plot", "svg")?;
     Outputs::check(json.iter().chain(&csv).chain(&plotted).cloned())?;
-    let Opened { scene, settings, camera, notices } = flags.open()?;
+    let Opened { scene, settings, camera, notices, .. } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation" | "strength" | "exit"));
     idle.map(|knob| without_effect(knob, &settings, "the sweep")).chain(notices).for_each(|notice| say(&notice));
     let base = settings.resolved(scene.mesh.diagonal());
@@ -75,6 +75,10 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     check_size(gl, flags.size.0, flags.size.1)?;
     let shot = Shot { mesh: &scene.mesh, camera: &camera, size: flags.size };
     let traced = trace(shot, &base, rays, Weight::Uniform)?;
+    if !traced.covered.contains(&true) {
+        let what = unmeant::empty(&flags, &scene.mesh, &camera);
+        return Err(Error::Input { path: flags.scene.clone().into(), what });
+    }
     let truth = TruthImage::new(&traced, shot.size);
     let all = sweep(&base);
     let progress = bar((all.len() * (runs + 1)) as u64, "renderings");

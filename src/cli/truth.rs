@@ -10,7 +10,7 @@ use hbao::Error;
 use hbao::image::Outputs;
 use hbao::measure::{Shot, TruthImage};
 use hbao::reference::truth::Weight;
-use hbao::settings::{Method, Settings};
+use hbao::settings::Settings;
 use std::path::PathBuf;
 
 const WEIGHTS: [(&str, Weight); 2] = [("uniform", Weight::Uniform), ("cosine", Weight::Cosine)];
@@ -18,9 +18,10 @@ const WEIGHTS: [(&str, Weight); 2] = [("uniform", Weight::Uniform), ("cosine", W
 const EXPLANATION: &str = "\
 The command evaluates Eq. 6.2.3 of ShaderX7 by rays whose directions are uniform over the hemisphere about the
 triangle's normal. With --weight cosine a direction counts by the cosine of its angle to the normal, as in Eq. 6.2.1,
-from which the chapter starts (that equation has no attenuation: give --attenuation none). The rays start at the surface point that is seen through the pixel's centre, and triangles occlude
-from both sides. Of the settings, only --radius and --attenuation have an effect. The noise that is reported is the
-square root of the variance of a pixel, averaged over the pixels and estimated from two independent halves of the rays.
+from which the chapter starts (that equation has no attenuation: give --attenuation none). The rays start at the surface
+point that is seen through the pixel's centre, and triangles occlude from both sides. Of the settings, only --radius and
+--attenuation have an effect. The noise that is reported is the square root of the variance of a pixel, averaged over
+the pixels and estimated from two independent halves of the rays.
 
 Examples:
   hbao truth -o truth.exr --size 400x300
@@ -49,9 +50,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let weight = flags::word("weight", flags::text(matches, "weight").unwrap_or("uniform"), &WEIGHTS)?;
     let (output, format) = flags::read_image_output(matches)?;
     Outputs::check([output.clone()])?;
-    let Opened { scene, settings, camera, notices: told } = flags.open()?;
+    let Opened { scene, settings, camera, notices, empty } = flags.open()?;
     let idle = flags.knobs_given().filter(|knob| !matches!(*knob, "radius" | "attenuation"));
-    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(told.clone()).for_each(|notice| say(&notice));
+    idle.map(|knob| without_effect(knob, &settings, "rays")).chain(notices).for_each(|notice| say(&notice));
 
     let resolved = settings.resolved(scene.mesh.diagonal());
     let traced = trace(Shot { mesh: &scene.mesh, camera: &camera, size: flags.size }, &resolved, rays, weight)?;
@@ -64,9 +65,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let origin = flags::with_origin(&settings, render);
     let truth = TruthImage::new(&traced, flags.size);
     let unmeant = if traced.covered.contains(&true) {
-        unmeant::open(&truth.visibility, &Settings { method: Method::Hbao, ..resolved })
+        unmeant::open(&truth.visibility, &Settings { strength: 1.0, ..resolved }, true)
     } else {
-        unmeant::empty(&scene.mesh, &camera, &told)
+        (!empty).then(|| unmeant::empty(&flags, &scene.mesh, &camera))
     };
     unmeant.iter().for_each(|notice| say(notice));
     let mut outputs = Outputs::new();

@@ -96,7 +96,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let output = flags::path_of(matches, "output", "toml")?.unwrap_or_default();
     let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(json.iter().chain([&output]).cloned())?;
-    let Opened { scene, settings, camera, notices } = flags.open()?;
+    let Opened { scene, settings, camera, notices, .. } = flags.open()?;
     notices.iter().for_each(|notice| say(notice));
     let base = settings.resolved(scene.mesh.diagonal());
     let failed = |what: String| Error::Input { path: flags.scene.clone().into(), what };
@@ -107,9 +107,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let tuner = Tuner::new(context.gl(), shot, &base, &pinned)?;
     let requirements = tuner.requirements().clone();
     if !requirements.covered.texels.contains(&true) {
-        return Err(failed(
-            "no pixel of this view holds a surface, so there is nothing to tune: move the camera".into(),
-        ));
+        return Err(failed(unmeant::empty(&flags, &scene.mesh, &camera)));
     }
     words::requirements(&requirements, &base).iter().for_each(|line| say(line));
     let traced = trace(shot, &base, rays, Weight::Uniform)?;

@@ -1,47 +1,87 @@
-//! Notices about results that the user hardly meant: an empty picture, or ambient occlusion that is 1 because R does not
-//! fit the picture. Each is one line that says what happened, why, and what to type.
+//! Notices about results that the user hardly meant: an empty picture, or ambient occlusion that is 1 because R does
+//! not fit the picture. Each is one line that says what happened, why, and what to type.
 
+use super::flags::Flags;
 use crate::report::tables::cells::percent;
+use glam::DVec3;
 use hbao::Error;
 use hbao::image::Image;
 use hbao::measure::Reach;
-use hbao::scene::{Camera, Mesh};
-use hbao::settings::{Exit, Settings};
+use hbao::reference::gbuffer::gbuffer;
+use hbao::scene::{Camera, Lens, Mesh, NOTHING_IN_VIEW, View};
+use hbao::settings::{Exit, Normals, Settings};
 
 /// The largest share of a picture's surface at which something may be wrong without a notice.
 const UNNOTICED: f64 = 0.05;
 
-/// The end of a camera's notice that no surface is in view.
-const NOTHING_IN_VIEW: &str = "nothing is in view";
+/// The width and height of the picture in which what the planes clip is looked for.
+const LOOKED_FOR: (usize, usize) = (160, 120);
 
-/// Returns the notice for a picture in which no pixel holds a surface. `told` are the camera's own notices, which may
-/// have told it already.
-pub(crate) fn empty(mesh: &Mesh, camera: &Camera, told: &[String]) -> Option<String> {
-    if told.iter().any(|notice| notice.contains(NOTHING_IN_VIEW)) {
-        return None;
-    }
-    let depths = mesh.positions.iter().map(|&p| camera.to_eye(p).z);
+/// Says why no pixel of a picture holds a surface, and what to do about it.
+pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {
+    let View { eye, target, up, lens, near, far } = &flags.view;
+    let names = |flags: &[(&str, bool)]| -> Vec<String> {
+        flags.iter().filter(|(_, given)| *given).map(|(name, _)| format!("--{name}")).collect()
+    };
+    let planes = names(&[("near", near.is_some()), ("far", far.is_some())]);
+    // What the same camera would see with planes that clip nothing.
+    let unclipped = Camera { near: 1e-15, far: 1e15, ..*camera };
+    let seen = gbuffer(mesh, &unclipped, LOOKED_FOR, Normals::Derivative, [0.0; 2]);
+    let depths = seen.texels.iter().map(|surface| surface.depth).filter(|depth| depth.is_finite());
     let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
-    let Camera { near, far, .. } = *camera;
-    Some(if nearest > far || farthest < near {
-        format!(
-            "{NOTHING_IN_VIEW}: the planes at {near} and {far} clip the whole scene, whose depths are {} to {}; leave out \
-             --near and --far",
-            nearest as f32, farthest as f32
-        )
+    if nearest <= farthest {
+        let remedy = if planes.is_empty() { "give --near and --far".into() } else { leave_out(&planes) };
+        return format!(
+            "{NOTHING_IN_VIEW}: the planes at {} and {} clip all that would be, at depths of {} to {}; {remedy}",
+            camera.near as f32, camera.far as f32, nearest as f32, farthest as f32
+        );
+    }
+    let area = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
+        (b - a).cross(c - a).length()
+    };
+    if mesh.triangles.iter().all(|corners| area(corners) == 0.0) {
+        return format!("{NOTHING_IN_VIEW}: no face of the model has an area");
+    }
+    let in_the_picture = |position: &DVec3| {
+        let at = camera.to_eye(*position);
+        let [x, y] = camera.projection.half_extents_at(at.z);
+        at.z > 0.0 && at.x.abs() <= x && at.y.abs() <= y
+    };
+    if mesh.positions.iter().any(in_the_picture) {
+        return format!(
+            "{NOTHING_IN_VIEW}: what lies in the picture is smaller than a pixel; show less with a nearer --eye, or a smaller \
+             --fov-y or --ortho"
+        );
+    }
+    let given = names(&[
+        ("eye", eye.is_some()),
+        ("target", target.is_some()),
+        ("up", up.is_some()),
+        ("fov-y", matches!(lens, Some(Lens::FovY(_)))),
+        ("ortho", matches!(lens, Some(Lens::Height(_)))),
+    ]);
+    let remedy = if given.is_empty() {
+        "give another --eye and --target".into()
     } else {
-        format!("{NOTHING_IN_VIEW}: the scene lies beside the picture; leave out --eye and --target to see all of it")
-    })
+        leave_out(&given) + " to see all of it"
+    };
+    format!("{NOTHING_IN_VIEW}: no part of the scene lies in the picture; {remedy}")
 }
 
-/// Returns the notice for an R that does not fit the steps or the picture. `reach_of` tells how R fits with some settings.
+fn leave_out(flags: &[String]) -> String {
+    format!("leave out {}", flags.join(" and "))
+}
+
+/// Returns the notice for an R that does not fit the steps or the picture. `reach_of` tells how R fits with some
+/// settings.
 pub(crate) fn radius(
     settings: &Settings,
     reach_of: impl Fn(&Settings) -> Result<Reach, Error>,
 ) -> Result<Option<String>, Error> {
     let reach = reach_of(settings)?;
     if reach.past > UNNOTICED {
-        return Ok(Some(past(reach.past)));
+        return Ok(Some(format!("at {} of the surface {PAST}", percent(reach.past))));
     }
     if reach.exits <= UNNOTICED {
         return Ok(None);
@@ -63,44 +103,46 @@ pub(crate) fn radius(
     Ok(Some(format!("visibility is 1 at {} of the surface, because {too_short}: {remedy}", percent(reach.exits))))
 }
 
-/// Returns the notice for a picture that R exceeds at this share of its surface.
-fn past(share: f64) -> String {
-    format!(
-        "at {} of the surface every sample falls on the picture's border, because a step is longer than the picture: give a \
-         smaller --radius",
-        percent(share)
-    )
-}
+/// What happens at a surface whose first step leaves the picture, and what to do about it.
+const PAST: &str = "all samples fall on the picture's border and find nothing between, because the first step leaves the \
+                    picture: give a smaller --radius or more --steps";
 
-/// Returns the notice for combinations of settings, each with how R fits it, of which some exit early or reach past the
-/// picture.
-pub(crate) fn radius_of_many<'a>(all: impl Iterator<Item = (&'a Settings, Reach)> + Clone) -> Option<String> {
-    let most_past = all.clone().map(|(_, reach)| reach.past).fold(0.0, f64::max);
-    if most_past > UNNOTICED {
-        return Some(past(most_past));
-    }
-    let exiting = all.clone().filter(|(_, reach)| reach.exits > UNNOTICED);
-    let (count, total) = (exiting.clone().count(), all.count());
-    let most = exiting.clone().map(|(_, reach)| reach.exits).fold(0.0, f64::max);
-    let shorten =
-        if exiting.clone().any(|(settings, _)| settings.exit == Exit::Paper) { "--exit shorten, or " } else { "" };
-    (count > 0).then(|| {
-        format!(
-            "{count} of {total} renderings exit early, with visibility 1, at up to {} of the surface, because their steps are \
-             shorter than a texel there: give {shorten}a larger --radius or --size",
-            percent(most)
-        )
-    })
-}
-
-/// Returns the notice for visibility that is 1 at every pixel.
-pub(crate) fn open(visibility: &Image<f32>, settings: &Settings) -> Option<String> {
-    let open = visibility.texels.iter().all(|&a| a == 1.0);
-    let looked = match settings.radius_units() {
-        Ok(radius) if settings.method.reads("radius") => {
-            format!("nothing occludes within R = {radius}; a larger --radius reaches farther")
-        }
-        _ => "nothing occludes the surfaces in view".into(),
+/// Returns the notices for combinations of settings, each with how R fits it, of which some exit early or reach past
+/// the picture.
+pub(crate) fn radius_of_many<'a>(all: impl Iterator<Item = (&'a Settings, Reach)> + Clone) -> Vec<String> {
+    let total = all.clone().count();
+    let most = |share: fn(Reach) -> f64| {
+        let noticed = all.clone().map(|(_, reach)| share(reach)).filter(|share| *share > UNNOTICED);
+        let most = noticed.clone().fold(0.0, f64::max);
+        (most > 0.0)
+            .then(|| format!("{} of {total} renderings, at up to {} of the surface,", noticed.count(), percent(most)))
     };
-    (open && settings.method.computes()).then(|| format!("visibility is 1 at every pixel: {looked}"))
+    let shorten = all.clone().any(|(settings, reach)| settings.exit == Exit::Paper && reach.exits > UNNOTICED);
+    let shorten = if shorten { "--exit shorten, or " } else { "" };
+    let exits = most(|reach| reach.exits).map(|which| {
+        format!(
+            "{which} exit early with visibility 1, because their steps are shorter than a texel there: give {shorten}a larger \
+             --radius or --size"
+        )
+    });
+    let past = most(|reach| reach.past).map(|which| format!("in {which} {PAST}"));
+    exits.into_iter().chain(past).collect()
+}
+
+/// Returns the notice for visibility that is 1 at every pixel. `reads_radius` says whether R matters for it.
+pub(crate) fn open(visibility: &Image<f32>, settings: &Settings, reads_radius: bool) -> Option<String> {
+    if visibility.texels.iter().any(|&a| a < 1.0) {
+        return None;
+    }
+    let looked = match settings.radius_units() {
+        Ok(radius) if reads_radius => {
+            format!(
+                "no sample within R = {} occludes enough to be seen; a larger --radius reaches farther",
+                radius as f32
+            )
+        }
+        _ => "no sample occludes enough to be seen".into(),
+    };
+    let strength = if settings.strength < 1.0 { ", and a larger --strength shows more" } else { "" };
+    Some(format!("visibility is 1 at every pixel: {looked}{strength}"))
 }

@@ -33,6 +33,11 @@ impl Defines {
         self
     }
 
+    /// Defines `name` as 1 if `on` is true.
+    pub(crate) fn flag(self, name: &str, on: bool) -> Defines {
+        if on { self.value(name, 1) } else { self }
+    }
+
     /// Defines `PREFIX_WORD` as 1. For example, the prefix `SNAP` and the word `step` define `SNAP_STEP`.
     pub(crate) fn word(self, prefix: &str, word: &str) -> Defines {
         let name = format!("{prefix}_{}", word.to_uppercase().replace('-', "_"));

@@ -1,6 +1,23 @@
 //! The channels of a picture that another program wrote, of whatever kind it is.
 
+use crate::Error;
 use ::exr::prelude::FlatSamples;
+use std::path::Path;
+
+/// The largest number of pixels of a picture whose channels are read, somewhat more than 7680x4320. A file of a few
+/// kilobytes can be a picture of many more.
+const MOST_PIXELS: usize = 1 << 25;
+
+/// Checks that a picture is not too large for its channels to be read.
+pub(super) fn check_pixels(path: &Path, width: usize, height: usize) -> Result<(), Error> {
+    if width.saturating_mul(height) <= MOST_PIXELS {
+        return Ok(());
+    }
+    Err(Error::input(
+        path,
+        format!("it has {width}x{height} pixels, and at most {MOST_PIXELS} are compared: cut it up"),
+    ))
+}
 
 /// A picture as its file holds it: any number of named channels of one size.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,7 +13,7 @@ use ::exr::prelude::{
 
 use super::Image;
 use super::channels::{Channel, Channels, Samples};
-use super::file::{MOST_TEXT, Texel, check_claim, open};
+use super::file::{MOST_TEXT, Texel, check_claim, damaged, open};
 use crate::Error;
 
 /// Encodes an image as the bytes of an EXR file. Every value is stored exactly, including infinities. `text` is stored
@@ -113,7 +113,7 @@ fn first_layer(path: &Path) -> Result<(Layer<AnyChannels<FlatSamples>>, usize), 
         .first_valid_layer()
         .all_attributes()
         .from_chunks(chunks)
-        .map_err(|e| Error::input(path, e.to_string()))?;
+        .map_err(|e| damaged(path, &e))?;
     Ok((image.layer_data, layers))
 }
 

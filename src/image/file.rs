@@ -3,7 +3,7 @@
 use super::Image;
 use crate::Error;
 use std::fs::File;
-use std::io::{BufReader, Read as _, Seek, SeekFrom};
+use std::io::{BufReader, ErrorKind, Read as _, Seek, SeekFrom};
 use std::path::Path;
 
 impl<T: Copy> Image<T> {
@@ -76,7 +76,20 @@ pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
         file.rewind()?;
         Ok((BufReader::new(file), length))
     };
-    open().map_err(|e: std::io::Error| Error::input(path, e.to_string()))
+    open().map_err(|e: std::io::Error| cannot_open(path, &e))
+}
+
+fn cannot_open(path: &Path, error: &std::io::Error) -> Error {
+    match error.kind() {
+        ErrorKind::NotFound => Error::input(path, "no such file"),
+        ErrorKind::IsADirectory => Error::input(path, "this is a folder, and not a picture"),
+        _ => Error::input(path, error.to_string()),
+    }
+}
+
+/// Returns the error of a file whose pixels cannot be decoded.
+pub(super) fn damaged(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::input(path, format!("the file is damaged or cut off ({error})"))
 }
 
 /// Returns the first four bytes of a file, by which its format is recognised. Those of a shorter file are followed by
@@ -84,7 +97,7 @@ pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64), Error> {
 pub(super) fn first_bytes(path: &Path) -> Result<[u8; 4], Error> {
     let mut bytes = Vec::new();
     let read = |file: File| file.take(4).read_to_end(&mut bytes);
-    File::open(path).and_then(read).map_err(|e| Error::input(path, e.to_string()))?;
+    File::open(path).and_then(read).map_err(|e| cannot_open(path, &e))?;
     bytes.resize(4, 0);
     Ok([bytes[0], bytes[1], bytes[2], bytes[3]])
 }

@@ -9,8 +9,8 @@ use std::path::Path;
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader, Transformations};
 
 use super::Image;
-use super::channels::{Channel, Channels, Samples};
-use super::file::{MOST_TEXT, Texel, check_claim, open};
+use super::channels::{Channel, Channels, Samples, check_pixels};
+use super::file::{MOST_TEXT, Texel, check_claim, damaged, open};
 use crate::Error;
 
 /// Encodes an image as the bytes of a PNG file. `text` is stored in it as pairs (keyword, text). A keyword has 1 to 79
@@ -69,7 +69,7 @@ pub fn read<T: Texel<Component = u8>>(path: &Path) -> Result<Image<T>, Error> {
     }
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     let mut bytes = vec![0; width * height * T::COMPONENTS];
-    reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;
+    reader.next_frame(&mut bytes).map_err(|e| damaged(path, &e))?;
     Ok(Image::from_fn(width, height, |x, y| {
         let texel = ((height - 1 - y) * width + x) * T::COMPONENTS;
         T::from_components(|i| bytes[texel + i])
@@ -85,9 +85,10 @@ pub(super) fn read_channels(path: &Path) -> Result<Channels, Error> {
         decoder.set_ignore_iccp_chunk(true);
     })?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    check_pixels(path, width, height)?;
     let length = reader.output_buffer_size().ok_or_else(|| Error::input(path, "it is too large for this machine"))?;
     let mut bytes = vec![0; length];
-    reader.next_frame(&mut bytes).map_err(|e| Error::input(path, e.to_string()))?;
+    reader.next_frame(&mut bytes).map_err(|e| damaged(path, &e))?;
     let (color, depth) = reader.output_color_type();
     let names: &[&str] = match color {
         ColorType::Grayscale => &["Y"],
@@ -145,10 +146,10 @@ fn reader(path: &Path, prepare: impl FnOnce(&mut Decoder<BufReader<File>>)) -> R
     let (file, length) = open(path)?;
     let mut decoder = Decoder::new(file);
     prepare(&mut decoder);
-    let info = decoder.read_header_info().map_err(|e| Error::input(path, e.to_string()))?;
+    let info = decoder.read_header_info().map_err(|e| damaged(path, &e))?;
     let claimed = u128::from(info.width) * u128::from(info.height) * info.bits_per_pixel() as u128 / 8;
     check_claim(path, length, claimed)?;
-    decoder.read_info().map_err(|e| Error::input(path, e.to_string()))
+    decoder.read_info().map_err(|e| damaged(path, &e))
 }
 
 fn color<T: Texel>() -> ColorType {

@@ -55,10 +55,11 @@ impl Difference {
         let (pairs, unmatched) = pairs(got, truth)?;
 
         let (mut sum, mut absolute, mut squares, mut max, mut count) = (0.0, 0.0, 0.0, 0.0f64, 0usize);
-        let mut largest = vec![0.0f64; width * height];
+        let mut largest = Image::filled(width, height, 0.0f64);
         for pair in &pairs {
-            for (i, largest) in largest.iter_mut().enumerate() {
-                let difference = difference(pair.at(i));
+            for (i, largest) in largest.texels.iter_mut().enumerate() {
+                // Channels begin with the top row, images with the bottom row.
+                let difference = difference(pair.at((height - 1 - i / width) * width + i % width));
                 *largest = largest.max(difference.abs());
                 if difference.is_finite() {
                     sum += difference;
@@ -82,8 +83,8 @@ impl Difference {
             errors,
             compared: pairs.into_iter().map(|pair| pair.name).collect(),
             unmatched,
-            unequal_non_finite: largest.iter().filter(|largest| largest.is_infinite()).count(),
-            largest: Image::from_fn(width, height, |x, y| largest[(height - 1 - y) * width + x]),
+            unequal_non_finite: largest.texels.iter().filter(|largest| largest.is_infinite()).count(),
+            largest,
         })
     }
 

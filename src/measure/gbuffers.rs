@@ -42,13 +42,20 @@ impl PartialEq for Key<'_> {
 /// The G-buffers that have been rendered so far, one for each [`Key`].
 pub(super) struct GBuffers<'a> {
     gl: Arc<glow::Context>,
+    /// Whether the G-buffers hold colours, which only final images need.
+    colour: bool,
     rendered: Vec<(Key<'a>, Pipeline)>,
 }
 
 impl<'a> GBuffers<'a> {
-    /// Makes an empty cache.
+    /// Makes an empty cache of G-buffers without colours.
     pub(super) fn new(gl: &Arc<glow::Context>) -> GBuffers<'a> {
-        GBuffers { gl: gl.clone(), rendered: Vec::new() }
+        GBuffers { gl: gl.clone(), colour: false, rendered: Vec::new() }
+    }
+
+    /// Makes an empty cache of G-buffers with colours, for pipelines beside them that make final images.
+    pub(super) fn with_colours(gl: &Arc<glow::Context>) -> GBuffers<'a> {
+        GBuffers { colour: true, ..GBuffers::new(gl) }
     }
 
     /// Returns the pipeline that holds the G-buffer of a shot with these settings. The first call for a G-buffer
@@ -61,7 +68,7 @@ impl<'a> GBuffers<'a> {
         let index = match known {
             Some(index) => index,
             None => {
-                let request = Request { gbuffer_only: true, ..Request::default() };
+                let request = Request { gbuffer_only: true, colour: self.colour, ..Request::default() };
                 let mut pipeline = Pipeline::new(&self.gl, shot.size, settings, request)?;
                 pipeline.render(shot.mesh, shot.camera)?;
                 self.rendered.push((key, pipeline));

@@ -1,5 +1,5 @@
-//! How R fits a picture. If it is too short for the method's steps, or longer than the picture, visibility is 1 whatever
-//! the scene is.
+//! How R fits a picture. Where it is too short for the method's steps, visibility is 1 whatever the scene is. Where it
+//! is so long that even the first step leaves the picture, samples find the picture's border and nothing between.
 
 use crate::Error;
 use crate::image::Image;
@@ -18,8 +18,9 @@ pub struct Reach {
     /// The share of these texels at which the method exits early, so that visibility is 1: they lie beyond
     /// [`Settings::exit_depth`]. From 0 to 1; 0 if no texel holds a surface.
     pub exits: f64,
-    /// The share of these texels at which a step is longer than the picture, so that every sample falls on its border.
-    /// From 0 to 1; 0 if no texel holds a surface, and for a method without steps.
+    /// The share of these texels at which the first step leaves the picture on all four sides, so that every sample
+    /// falls on its border. From 0 to 1; 0 if no texel holds a surface, and for a method that does not sample as the
+    /// chapter's does, in `directions` and `steps` around the pixel.
     pub past: f64,
 }
 
@@ -32,25 +33,26 @@ impl Reach {
         let size = (depth.width as u32, depth.height as u32);
         let scale = settings.ao_scale() as usize;
         let exit = settings.exit_depth(projection, size)?;
-        // R over the length of N_s + 1 steps that are as long as the picture.
-        let past = if settings.method.reads("steps") {
-            let picture = f64::from(size.0.max(size.1)) / scale as f64;
-            settings.radius_in_texels(projection, size)? / f64::from(settings.steps + 1) / picture
-        } else {
-            0.0
+        // The length of a step in x and y: at every depth, or in perspective at the depth 1.
+        let step = match settings.exit_read() {
+            Some(_) => {
+                settings.radius_in_texels(projection, size)?.map(|radius| radius / f64::from(settings.steps + 1))
+            }
+            None => [0.0; 2],
         };
-        let mut counts = [0_u32; 3];
-        for row in depth.texels.chunks_exact(depth.width.max(1)).step_by(scale) {
-            for &z in row.iter().step_by(scale).filter(|z| z.is_finite()) {
+        let extent = [depth.width, depth.height].map(|pixels| pixels as f64 / scale as f64);
+        let [mut covered, mut exits, mut past] = [0_usize; 3];
+        for (y, row) in depth.texels.chunks_exact(depth.width.max(1)).step_by(scale).enumerate() {
+            for (x, &z) in row.iter().step_by(scale).enumerate().filter(|(_, z)| z.is_finite()) {
                 let z = f64::from(z);
-                let past = past > if projection.is_perspective() { z } else { 1.0 };
-                counts[0] += 1;
-                counts[1] += u32::from(z > exit);
-                counts[2] += u32::from(past);
+                let shrinks = if projection.is_perspective() { z } else { 1.0 };
+                let leaves = |axis: usize, position: f64| step[axis] / shrinks > position.max(extent[axis] - position);
+                covered += 1;
+                exits += usize::from(z > exit);
+                past += usize::from(leaves(0, x as f64 + 0.5) && leaves(1, y as f64 + 0.5));
             }
         }
-        let [covered, exits, past] = counts.map(f64::from);
-        let share = |count: f64| count / covered.max(1.0);
-        Ok(Reach { covered: counts[0] as usize, exits: share(exits), past: share(past) })
+        let share = |count: usize| count as f64 / covered.max(1) as f64;
+        Ok(Reach { covered, exits: share(exits), past: share(past) })
     }
 }

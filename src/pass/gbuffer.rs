@@ -1,5 +1,5 @@
-//! Renders the G-buffer (ShaderX7 6.2, Input buffers): the colour, linear depth and normals of the triangles, in one
-//! pass.
+//! Renders the G-buffer (ShaderX7 6.2, Input buffers): the linear depth, the normals and, if an image needs it, the
+//! colour of the triangles, in one pass.
 
 use super::{Grid, RAY};
 use crate::Error;
@@ -26,6 +26,8 @@ pub(crate) struct GBufferVariant {
     pub(crate) orthographic: bool,
     /// True if normals are stored as n/2 + 1/2.
     pub(crate) biased: bool,
+    /// True if colour is drawn too.
+    pub(crate) colour: bool,
 }
 
 pub(crate) struct GBuffer {
@@ -39,18 +41,27 @@ pub(crate) struct Triangles {
     gl: Arc<glow::Context>,
     vertices: glow::VertexArray,
     buffers: Vec<glow::Buffer>,
-    groups: Vec<([f32; 3], Range<usize>)>,
+    slices: Vec<Slice>,
     camera: Camera,
+}
+
+/// A slice of depth, and the triangles that reach into it.
+struct Slice {
+    /// The depths at which the slice begins and ends.
+    planes: [f64; 2],
+    /// The triangles as indices, each three of the type u32.
+    indices: glow::Buffer,
+    /// The colours, and for each of them a range of triangles in `indices`. No range is empty.
+    groups: Vec<([f32; 3], Range<usize>)>,
 }
 
 impl GBuffer {
     pub(crate) fn new(gl: &Arc<glow::Context>, variant: GBufferVariant) -> Result<GBuffer, Error> {
-        let mut defines = Defines::default().word("NORMALS", variant.normals.name());
-        for (name, on) in [("ORTHOGRAPHIC", variant.orthographic), ("NORMALS_BIASED", variant.biased)] {
-            if on {
-                defines = defines.value(name, 1);
-            }
-        }
+        let defines = Defines::default()
+            .word("NORMALS", variant.normals.name())
+            .flag("ORTHOGRAPHIC", variant.orthographic)
+            .flag("NORMALS_BIASED", variant.biased)
+            .flag("COLOUR", variant.colour);
         let program = Program::new(gl, &defines, source!("gbuffer.vert"), &[RAY, source!("gbuffer.frag")])?;
         Ok(GBuffer { gl: gl.clone(), program, variant })
     }
@@ -69,25 +80,26 @@ impl GBuffer {
         let gl = &self.gl;
         // SAFETY: the context is current.
         let vertices = unsafe { gl.create_vertex_array() }.map_err(|_| not_made(gl, TRIANGLES))?;
-        let mut triangles = Triangles {
-            gl: gl.clone(),
-            vertices,
-            buffers: Vec::new(),
-            groups: mesh.groups.iter().map(|group| (group.colour, group.triangles.clone())).collect(),
-            camera: *camera,
-        };
+        let mut triangles =
+            Triangles { gl: gl.clone(), vertices, buffers: Vec::new(), slices: Vec::new(), camera: *camera };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };
         let origin = origin(camera);
-        let positions = bytes(mesh.positions.iter().map(|&p| (camera.to_eye(p) - origin).as_vec3().to_array()));
+        let mut depths = Vec::with_capacity(mesh.positions.len());
+        let positions = bytes(mesh.positions.iter().map(|&p| {
+            let p = camera.to_eye(p);
+            depths.push(p.z);
+            (p - origin).as_vec3().to_array()
+        }));
         triangles.attribute(self.program.attribute("vertex_position"), &positions)?;
         if self.variant.normals == Normals::Vertex {
             let vertex_normals = mesh.vertex_normals();
             let normals = bytes(vertex_normals.iter().map(|&n| camera.direction_to_eye(n).as_vec3().to_array()));
             triangles.attribute(self.program.attribute("vertex_normal"), &normals)?;
         }
-        let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_ne_bytes()).collect();
-        triangles.buffer(glow::ELEMENT_ARRAY_BUFFER, &indices)?;
+        for planes in slices(camera) {
+            triangles.slice(mesh, &depths, planes)?;
+        }
         check(gl, TRIANGLES)?;
         Ok(triangles)
     }
@@ -97,18 +109,25 @@ impl GBuffer {
         let (gl, camera) = (&self.gl, &triangles.camera);
         let program = self.program.bind();
         Grid { full: size, scale: [1, 1] }.bind(program, camera.projection);
-        program.vec3("light", LIGHT).vec2("shading", SHADING).vec2("near_far", [camera.near, camera.far]);
-        // SAFETY: the context is current. The groups' ranges lie within the index buffer, because `Mesh` ensures that.
+        program.vec2("near_far", [camera.near, camera.far]);
+        if self.variant.colour {
+            program.vec3("light", LIGHT).vec2("shading", SHADING);
+        }
+        // SAFETY: the context is current. The groups' ranges lie within the index buffers, because `Triangles::slice`
+        // ensures that.
         unsafe {
             gl.enable(glow::DEPTH_TEST);
             gl.depth_func(glow::LESS);
             gl.depth_mask(true);
             gl.bind_vertex_array(Some(triangles.vertices));
-            for [near, far] in slices(camera) {
-                program.mat4("projection", &matrix(camera, near, far));
+            for Slice { planes: [near, far], indices, groups } in &triangles.slices {
+                program.mat4("projection", &matrix(camera, *near, *far));
                 gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
-                for (colour, range) in &triangles.groups {
-                    program.vec3("diffuse", *colour);
+                gl.bind_buffer(glow::ELEMENT_ARRAY_BUFFER, Some(*indices));
+                for (colour, range) in groups {
+                    if self.variant.colour {
+                        program.vec3("diffuse", *colour);
+                    }
                     let count = 3 * range.len() as i32;
                     gl.draw_elements(glow::TRIANGLES, count, glow::UNSIGNED_INT, 12 * range.start as i32);
                 }
@@ -119,15 +138,40 @@ impl GBuffer {
 }
 
 impl Triangles {
-    fn buffer(&mut self, target: u32, data: &[u8]) -> Result<(), Error> {
+    /// Uploads the triangles of the mesh that reach into a slice of depth, whose ends are `planes`. `depths` are the
+    /// depths of the mesh's positions. A slice that no triangle reaches is left out.
+    fn slice(&mut self, mesh: &Mesh, depths: &[f64], planes: [f64; 2]) -> Result<(), Error> {
+        let mut indices: Vec<u8> = Vec::with_capacity(12 * mesh.triangles.len());
+        let mut groups = Vec::new();
+        let mut count = 0;
+        for group in &mesh.groups {
+            let start = count;
+            for triangle in &mesh.triangles[group.triangles.clone()] {
+                if reaches(triangle.map(|i| depths[i as usize]), planes) {
+                    triangle.iter().for_each(|i| indices.extend_from_slice(&i.to_ne_bytes()));
+                    count += 1;
+                }
+            }
+            if count > start {
+                groups.push((group.colour, start..count));
+            }
+        }
+        if !groups.is_empty() {
+            let indices = self.buffer(glow::ELEMENT_ARRAY_BUFFER, &indices)?;
+            self.slices.push(Slice { planes, indices, groups });
+        }
+        Ok(())
+    }
+
+    fn buffer(&mut self, target: u32, data: &[u8]) -> Result<glow::Buffer, Error> {
         // SAFETY: the context is current.
         unsafe {
             let buffer = self.gl.create_buffer().map_err(|_| not_made(&self.gl, TRIANGLES))?;
             self.buffers.push(buffer);
             self.gl.bind_buffer(target, Some(buffer));
             self.gl.buffer_data_u8_slice(target, data, glow::STATIC_DRAW);
+            Ok(buffer)
         }
-        Ok(())
     }
 
     /// Uploads a vertex attribute of three floats. It is enabled if the shader reads it and so has a `location` for it.
@@ -180,6 +224,14 @@ fn slices(camera: &Camera) -> Vec<[f64; 2]> {
     let count = (far / near).log(SLICE).ceil().max(1.0);
     let end = |i: f64| if i == count { far } else { near * (far / near).powf(i / count) };
     (0..count as u32).rev().map(|i| [end(i.into()), (OVERLAP * end(f64::from(i) + 1.0)).min(far)]).collect()
+}
+
+/// Returns false if a triangle whose corners have these depths lies wholly before or wholly behind a slice of depth, so
+/// that OpenGL would clip all of it away. OpenGL clips in float32, whose rounding moves the planes by less than 1e-4 of
+/// the near one; `APART` leaves room for far more.
+fn reaches(corners: [f64; 3], [near, far]: [f64; 2]) -> bool {
+    const APART: f64 = 1e-2;
+    !(corners.iter().all(|&z| z < near * (1.0 - APART)) || corners.iter().all(|&z| z > far * (1.0 + APART)))
 }
 
 /// Returns the middle of the near plane in eye space. The shader's positions are relative to it, because normals are

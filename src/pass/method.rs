@@ -120,7 +120,6 @@ impl MethodPass {
             .unit("normal_image", 1)
             .unit("tile", 2)
             .unit("half_depth_image", half_depth::UNIT)
-            .int("direction_count", settings.directions as i32)
             .float("near", view.near)
             .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
@@ -140,9 +139,6 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
             let _ = write!(directions, "{separator}vec2({:?}, {:?})", x as f32, y as f32);
         }
         defines = defines.value("N_D", settings.directions).value("DIRECTIONS", directions);
-        if reads("steps") && settings.directions * settings.steps > MOST_UNROLLED {
-            defines = defines.value("DIRECTIONS_LOOPED", 1);
-        }
     }
     if reads("steps") {
         let each_step = each_step(settings);
@@ -192,23 +188,17 @@ pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
     settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half
 }
 
-/// The largest number of samples for which drivers may unroll the loop over directions. With 16 directions of 16 steps
-/// the chapter's method has 9,600 instructions in Mesa's TGSI, and 14,700 with its most costly switches. The limit of
-/// GeForce 8 may have been near 16,000, and softpipe's stack overflowed at 31 directions of 32 steps. With more samples
-/// the end of the loop is a uniform, so that no driver can unroll it. llvmpipe is no slower then.
-const MOST_UNROLLED: u32 = 256;
-
-/// The largest number of calls of a step that are written out one after another.
-const MOST_WRITTEN_OUT: u32 = 32;
-
 /// Returns the body of a macro that expands to `step(1) step(2) ...`. With [`Exit::Shorten`] the calls past the pixel's
 /// own number of steps are skipped. Mesa unrolls a loop over 8 steps but not one over 12, and each step of a loop that
 /// is not unrolled takes llvmpipe 1.6 times as long. Calls that are written out need no unrolling.
 fn each_step(settings: &Settings) -> String {
-    let steps = settings.steps;
+    let &Settings { directions, steps, .. } = settings;
     let shortens = settings.exit_read() == Some(Exit::Shorten);
-    // If there are more steps, the calls are put into a loop, because shaders would otherwise grow without limit.
-    let loops = steps.div_ceil(MOST_WRITTEN_OUT);
+    // The largest number of calls that are written out. If there are more steps, the calls are put into a loop, because
+    // shaders would otherwise grow without limit. Mesa's softpipe also unrolls the loop over directions, up to 32 of
+    // them, and its stack overflows at 31 directions of 32 steps. Such shaders get fewer calls.
+    let most = if directions <= 32 && directions * steps > 896 { 16 } else { 32 };
+    let loops = steps.div_ceil(most);
     let count = steps.div_ceil(loops);
     let call = |i: u32| {
         let step = if loops == 1 { i.to_string() } else { format!("i_0 + {i}") };
@@ -224,28 +214,4 @@ fn each_step(settings: &Settings) -> String {
     };
     let calls: String = (1..=count).map(call).collect();
     if loops == 1 { calls } else { format!("for (int i_0 = 0; i_0 < {steps}; i_0 += {count}) {{ {calls}}}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_step_is_called_once_by_at_most_32_calls() {
-        for exit in [Exit::Paper, Exit::Shorten] {
-            for steps in 1..=256 {
-                let text = each_step(&Settings { steps, exit, ..Settings::default() });
-                let calls = text.matches("step(").count() as u32;
-                let looped = text.starts_with("for ");
-                assert!(calls <= 32 && (looped || calls == steps), "{steps}: {text}");
-                // A loop repeats its calls until the last step, and guards the calls past it.
-                let guards = text.matches("if (").count() as u32;
-                let expected = match exit {
-                    Exit::Shorten => calls - u32::from(!looped),
-                    Exit::Paper => steps.div_ceil(calls) * calls - steps,
-                };
-                assert_eq!(guards, expected, "{steps}: {text}");
-            }
-        }
-    }
 }

@@ -11,16 +11,17 @@ use std::sync::Arc;
 /// The colour that is drawn to RGBA8.
 const COLOUR: [f32; 4] = [1.0, 0.0, 1.0, 0.0];
 
-/// Returns true if the driver renders to the three formats of the G-buffer together: RGBA8 for colours, `depth`, and
-/// the given format for normals. Colours in [0, 1], the depth of background, and the given normal must read back as
-/// they were drawn.
+/// Returns true if the driver renders to the three formats of the G-buffer together: `depth`, the given format for
+/// normals, and RGBA8 for colours. They are probed together even if no image needs colours, so that the format that is
+/// chosen, and with it ambient occlusion, does not depend on which images are made. Colours in [0, 1], the depth of
+/// background, and the given normal must read back as they were drawn.
 pub(crate) fn renders(
     gl: &Arc<glow::Context>,
     depth: Format,
     normals: Format,
     [x, y, z]: [f32; 3],
 ) -> Result<bool, Error> {
-    hold_together(gl, [(Format::Rgba8, COLOUR), (depth, extreme(depth)), (normals, [x, y, z, 0.0])])
+    hold_together(gl, [(depth, extreme(depth)), (normals, [x, y, z, 0.0]), (Format::Rgba8, COLOUR)])
 }
 
 /// Returns true if the driver renders to the format, in a framebuffer together with the G-buffer's RGBA8 and R32F. A
@@ -33,7 +34,7 @@ pub(crate) fn renders(
 /// # Errors
 /// [`Error::Gl`] if the driver refuses anything other than the format.
 pub fn format_renders(gl: &Arc<glow::Context>, format: Format) -> Result<bool, Error> {
-    hold_together(gl, [Format::Rgba8, Format::R32f, format].map(|format| (format, extreme(format))))
+    hold_together(gl, [Format::R32f, format, Format::Rgba8].map(|format| (format, extreme(format))))
 }
 
 /// Returns the value that a format must be able to hold: the most demanding one that the passes write to it.

@@ -20,9 +20,11 @@ use targets::Targets;
 /// The images that a pipeline makes and keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Request {
-    /// Make depth, normals and colour only, and skip ambient occlusion and everything that needs it. Edges are still
+    /// Make depth and normals only, and skip ambient occlusion and everything that needs it. Edges are still
     /// found if `edges` asks for them.
     pub gbuffer_only: bool,
+    /// Keep the shaded colour without ambient occlusion. It is also made and kept if the final image needs it.
+    pub colour: bool,
     /// Make the final image, with ambient occlusion applied in this way.
     pub composite: Option<Apply>,
     /// Keep ambient occlusion as it was before the blur.
@@ -34,6 +36,13 @@ pub struct Request {
     pub without_ao: bool,
     /// Measure the time of each pass.
     pub timings: bool,
+}
+
+impl Request {
+    /// Returns whether the G-buffer must hold colours.
+    fn needs_colour(&self) -> bool {
+        self.colour || (self.composite.is_some() && !self.gbuffer_only)
+    }
 }
 
 /// Renders scenes with ambient occlusion. The OpenGL context must be current at every call, and when this value is
@@ -81,13 +90,13 @@ impl Pipeline {
         gl::check(gl, "an error left by earlier calls, before the pipeline")?;
         gl::check_size(gl, size.0, size.1)?;
         let mut notices = Vec::new();
-        let targets = Targets::new(gl, size, settings, &mut notices)?;
+        let targets = Targets::new(gl, size, settings, request.needs_colour(), &mut notices)?;
         Pipeline::with(gl, size, settings, request, Arc::new(targets), notices)
     }
 
     /// Makes another pipeline that draws into the G-buffer of this one. Its settings must have the same formats of
-    /// depth and normals, and the same number of samples. Measurements run many pipelines in turns, and memory could
-    /// not hold a G-buffer for each of them.
+    /// depth and normals, and the same number of samples, and its request must need colour only if this pipeline's
+    /// does. Measurements run many pipelines in turns, and memory could not hold a G-buffer for each of them.
     pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
         settings.validate()?;
         Pipeline::with(&self.gl, self.size, settings, request, self.targets.clone(), self.notices.clone())
@@ -108,6 +117,9 @@ impl Pipeline {
             _ => Some(Purpose::Visibility),
         };
         let ao = purpose.map(|purpose| AmbientOcclusion::build(gl.clone(), size, settings, purpose)).transpose()?;
+        if request.needs_colour() && targets.colour.is_none() {
+            return Err(Error::Usage("the pipeline that this one draws beside keeps no colour".into()));
+        }
         let composite = match request.composite {
             Some(apply) if !request.gbuffer_only => {
                 let image = Texture::new(gl, "composite: image", Format::Rgba8, size.0, size.1)?;
@@ -152,6 +164,7 @@ impl Pipeline {
             normals: self.settings.normals,
             orthographic: !camera.projection.is_perspective(),
             biased: targets.encoding == NormalEncoding::Biased,
+            colour: targets.colour.is_some(),
         };
         let pass = match self.gbuffer.take() {
             Some(pass) if pass.variant == variant => pass,
@@ -163,9 +176,11 @@ impl Pipeline {
             targets.drawn().bind();
             // SAFETY: the context is current, and the target bound.
             unsafe {
-                gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]);
-                gl.clear_buffer_f32_slice(glow::COLOR, 1, &[background; 4]);
-                gl.clear_buffer_f32_slice(glow::COLOR, 2, &[0.0; 4]);
+                gl.clear_buffer_f32_slice(glow::COLOR, 0, &[background; 4]);
+                gl.clear_buffer_f32_slice(glow::COLOR, 1, &[0.0; 4]);
+                if variant.colour {
+                    gl.clear_buffer_f32_slice(glow::COLOR, 2, &[1.0; 4]);
+                }
             }
             pass.draw(&triangles, size);
             Ok(())
@@ -181,10 +196,10 @@ impl Pipeline {
         if let Some(ao) = &mut self.ao {
             let extras = Extras { raw: self.request.raw, edges: self.request.edges };
             self.kept = ao.run(&inputs, &mut self.timers, extras)?;
-            if let Some(FinalImage { pass, target, .. }) = &self.composite {
+            if let (Some(FinalImage { pass, target, .. }), Some(colour)) = (&self.composite, &targets.colour) {
                 self.timers.pass("composite", || {
                     target.bind();
-                    pass.draw(&self.full_screen, &self.targets.colour, ao.texture());
+                    pass.draw(&self.full_screen, colour, ao.texture());
                     Ok(())
                 })?;
             }
@@ -262,9 +277,13 @@ impl Pipeline {
     /// Reads back the shaded colour without ambient occlusion.
     ///
     /// # Errors
-    /// The same as for [`Pipeline::depth`].
+    /// [`Error::Usage`] if neither [`Request::colour`] nor the final image asked for it. Otherwise the same as for
+    /// [`Pipeline::depth`].
     pub fn colour(&self) -> Result<Image<[u8; 3]>, Error> {
-        Ok(self.image(rgb8(&self.targets.colour.read()?)))
+        match &self.targets.colour {
+            Some(colour) => Ok(self.image(rgb8(&colour.read()?))),
+            None => Err(Error::Usage("this pipeline keeps no colour: set colour to true in its Request".into())),
+        }
     }
 
     /// Returns whether the pipeline makes ambient occlusion: [`Request::gbuffer_only`] is not set.

@@ -2,6 +2,7 @@
 //! them.
 
 use crate::Error;
+use crate::gl::target::Attachment;
 use crate::gl::{self, Format, MultisampleTexture, Renderbuffer, Target, Texture};
 use crate::pass::method::NormalEncoding;
 use crate::pass::resolve::Resolve;
@@ -9,13 +10,17 @@ use crate::pass::{DepthSamples, FullScreen, probe};
 use crate::settings::{DepthFormat, NormalFormat, Settings};
 use std::sync::Arc;
 
+/// The format of colours.
+const COLOUR: Format = Format::Rgba8;
+
 /// The images that triangles are drawn into, and the images that later passes read.
 pub(super) struct Targets {
-    pub(super) colour: Texture,
     pub(super) depth: Texture,
     pub(super) normals: Texture,
+    /// `None` if no image needs the colour.
+    pub(super) colour: Option<Texture>,
     pub(super) encoding: NormalEncoding,
-    /// The framebuffer of the three textures above. It has a depth buffer only if triangles are drawn into it, and not
+    /// The framebuffer of the textures above. It has a depth buffer only if triangles are drawn into it, and not
     /// into multisample textures.
     target: Target,
     _depth_buffer: Option<Renderbuffer>,
@@ -24,8 +29,8 @@ pub(super) struct Targets {
 
 /// The multisample textures, and the pass that resolves them.
 struct Multisample {
-    /// Colour, depth and normals, in this order.
-    images: [MultisampleTexture; 3],
+    /// Depth, normals and, if an image needs it, colour, in this order.
+    images: Vec<MultisampleTexture>,
     samples: u32,
     target: Target,
     _depth_buffer: Renderbuffer,
@@ -33,30 +38,34 @@ struct Multisample {
 }
 
 impl Targets {
+    /// Allocates the textures, with or without one for `colour`.
     pub(super) fn new(
         gl: &Arc<glow::Context>,
         size: (u32, u32),
         settings: &Settings,
+        colour: bool,
         notices: &mut Vec<String>,
     ) -> Result<Targets, Error> {
         let depth_format = match settings.depth_format {
             DepthFormat::R32f => Format::R32f,
             DepthFormat::R16f => Format::R16f,
         };
-        let (normal_format, encoding, multisample) = normal_format(gl, size, settings, depth_format, notices)?;
-        let formats = [Format::Rgba8, depth_format, normal_format];
+        let (normal_format, encoding, multisample) = normal_format(gl, size, settings, depth_format, colour, notices)?;
 
         let (width, height) = size;
-        let colour = Texture::new(gl, "gbuffer: colour", formats[0], width, height)?;
-        let depth = Texture::new(gl, "gbuffer: depth", formats[1], width, height)?;
-        let normals = Texture::new(gl, "gbuffer: normals", formats[2], width, height)?;
+        let texture = |place, format| Texture::new(gl, place, format, width, height);
+        let depth = texture("gbuffer: depth", depth_format)?;
+        let normals = texture("gbuffer: normals", normal_format)?;
+        let colour = colour.then(|| texture("gbuffer: colour", COLOUR)).transpose()?;
         let depth_buffer = match multisample {
             None => Some(Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, 0)?),
             Some(_) => None,
         };
         let attachment = depth_buffer.as_ref().map(|buffer| (glow::DEPTH_ATTACHMENT, buffer));
-        let target = Target::new(gl, "gbuffer: framebuffer", &[&colour, &depth, &normals], attachment, size)?;
-        Ok(Targets { colour, depth, normals, encoding, target, _depth_buffer: depth_buffer, multisample })
+        let images: Vec<&dyn Attachment> =
+            [Some(&depth), Some(&normals), colour.as_ref()].into_iter().flatten().map(|image| image as _).collect();
+        let target = Target::new(gl, "gbuffer: framebuffer", &images, attachment, size)?;
+        Ok(Targets { depth, normals, colour, encoding, target, _depth_buffer: depth_buffer, multisample })
     }
 
     /// Returns the framebuffer that triangles are drawn into.
@@ -72,7 +81,7 @@ impl Targets {
     /// Returns the depth of each sample, if pixels have several.
     pub(super) fn depth_samples(&self) -> Option<DepthSamples> {
         let multisample = self.multisample.as_ref()?;
-        Some(DepthSamples { texture: multisample.images[1].id, samples: multisample.samples })
+        Some(DepthSamples { texture: multisample.images[0].id, samples: multisample.samples })
     }
 
     /// Fills the plain textures from the multisample textures, if there are any. Depth and normals are those of sample
@@ -80,7 +89,7 @@ impl Targets {
     pub(super) fn resolve(&self, full_screen: &FullScreen, which: u32) {
         if let Some(multisample) = &self.multisample {
             self.target.bind();
-            multisample.resolve.draw(full_screen, multisample.images.each_ref(), which);
+            multisample.resolve.draw(full_screen, &multisample.images, which);
         }
     }
 }
@@ -91,7 +100,7 @@ impl Multisample {
     fn new(
         gl: &Arc<glow::Context>,
         size: (u32, u32),
-        formats: [Format; 3],
+        formats: &[Format],
         asked: u32,
     ) -> Result<Option<Multisample>, Error> {
         let limit = gl::sample_limit(gl);
@@ -99,8 +108,8 @@ impl Multisample {
         for samples in [8, 4, 2].into_iter().filter(|&samples| samples <= asked.min(limit)) {
             match Multisample::attachments(gl, size, formats, samples) {
                 Ok((images, _depth_buffer, target)) => {
-                    let samples = images[1].samples("gbuffer: depth samples")?;
-                    let resolve = Resolve::new(gl, samples)?;
+                    let samples = images[0].samples("gbuffer: depth samples")?;
+                    let resolve = Resolve::new(gl, samples, formats.contains(&COLOUR))?;
                     let multisample = Multisample { images, samples, target, _depth_buffer, resolve };
                     return Ok(Some(multisample).filter(|multisample| multisample.samples > 1));
                 }
@@ -116,18 +125,17 @@ impl Multisample {
     fn attachments(
         gl: &Arc<glow::Context>,
         size: (u32, u32),
-        formats: [Format; 3],
+        formats: &[Format],
         asked: u32,
-    ) -> Result<([MultisampleTexture; 3], Renderbuffer, Target), Error> {
-        let texture = |place, format| MultisampleTexture::new(gl, place, format, size, asked);
-        let colour = texture("gbuffer: colour samples", formats[0])?;
-        let depth = texture("gbuffer: depth samples", formats[1])?;
-        let normals = texture("gbuffer: normal samples", formats[2])?;
+    ) -> Result<(Vec<MultisampleTexture>, Renderbuffer, Target), Error> {
+        let places = ["gbuffer: depth samples", "gbuffer: normal samples", "gbuffer: colour samples"];
+        let texture = |(place, &format)| MultisampleTexture::new(gl, place, format, size, asked);
+        let images: Vec<_> = places.into_iter().zip(formats).map(texture).collect::<Result<_, Error>>()?;
         let depth_buffer = Renderbuffer::new(gl, "gbuffer: depth buffer", glow::DEPTH_COMPONENT32F, size, asked)?;
         let attachment = Some((glow::DEPTH_ATTACHMENT, &depth_buffer));
-        let target =
-            Target::new(gl, "gbuffer: framebuffer of samples", &[&colour, &depth, &normals], attachment, size)?;
-        Ok(([colour, depth, normals], depth_buffer, target))
+        let attached: Vec<&dyn Attachment> = images.iter().map(|image| image as _).collect();
+        let target = Target::new(gl, "gbuffer: framebuffer of samples", &attached, attachment, size)?;
+        Ok((images, depth_buffer, target))
     }
 }
 
@@ -139,6 +147,7 @@ fn normal_format(
     size: (u32, u32),
     settings: &Settings,
     depth: Format,
+    colour: bool,
     notices: &mut Vec<String>,
 ) -> Result<(Format, NormalEncoding, Option<Multisample>), Error> {
     let asked = settings.normal_format;
@@ -158,7 +167,9 @@ fn normal_format(
         if !probe::renders(gl, depth, format, normal)? {
             continue;
         }
-        let multisample = Multisample::new(gl, size, [Format::Rgba8, depth, format], settings.msaa)?;
+        let formats = [depth, format, COLOUR];
+        let formats = if colour { &formats[..] } else { &formats[..2] };
+        let multisample = Multisample::new(gl, size, formats, settings.msaa)?;
         let without_samples = has_samples && multisample.is_none();
         let found = (format, encoding, multisample, name);
         if !without_samples {

@@ -69,7 +69,7 @@ pub fn converged(inputs: &TwinInputs, settings: &Settings, pixels: &[usize]) -> 
     }
     let visibility = |i: &usize| {
         let Some(pixel) = refined(i) else { return 1.0 };
-        method.visibility((0..method.count).map(|k| occlusion(&scene, &pixel, k, EXACT)).sum())
+        method.visibility((0..method.count).map(|k| occlusion(&scene, &pixel, k, EXACT, &mut ())).sum())
     };
     Ok(on_all_cores(|| pixels.par_iter().map(visibility).collect()))
 }

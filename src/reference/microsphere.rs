@@ -2,6 +2,7 @@
 //! 2008) as ShaderX7 6.2 describes them. Every sample within R occludes by its solid angle, even where other samples
 //! hide it from P.
 
+use super::observer::Observer;
 use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::{Converged, Twin, directions, no_curve};
 use crate::settings::Method;
@@ -17,7 +18,7 @@ pub(super) const TWIN: Twin = Twin {
 };
 
 /// Returns the sum of m Omega max(0, n.D/|D|) over the samples within R in direction k.
-fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut dyn Observer) -> f64 {
     let direction = scene.direction(pixel, k, shift);
     let n = pixel.n.normalize_or_zero();
     let (directions, steps) = (f64::from(scene.settings.directions), f64::from(pixel.steps));

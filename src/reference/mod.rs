@@ -13,6 +13,7 @@ mod hbao_talk;
 mod horizons;
 mod inputs;
 mod microsphere;
+mod observer;
 mod ray_march;
 mod sampling;
 mod ssao;

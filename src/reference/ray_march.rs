@@ -1,7 +1,8 @@
 //! The float64 twin of `glsl/ray_march.frag`: ambient occlusion by marching rays over the depth image, which ShaderX7
 //! 6.2 gives as the brute-force method.
 
-use super::sampling::{MethodScene, Pixel, Shift};
+use super::observer::{Observer, Step};
+use super::sampling::{MethodScene, Pixel, Sample, Shift};
 use super::twin::{Twin, directions, no_curve};
 use glam::{DVec2, DVec3};
 
@@ -16,7 +17,7 @@ pub(super) const TWIN: Twin = Twin {
 
 /// Returns the sum of W over those rays at azimuth j that a texel stops.
 #[allow(non_snake_case)]
-fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift, observer: &mut dyn Observer) -> f64 {
     let n = pixel.n.normalize_or_zero();
     // A frame about the normal: b1 and b2 span the tangent plane. b1 is perpendicular to the x axis, or to the y axis
     // if n is close to the x axis.
@@ -36,12 +37,14 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
         // The ray ends at the point E, at the distance R from P or at the near plane, whichever comes first.
         let to_near = if ray.z < 0.0 { (pixel.P.z - scene.near).max(0.0) / -ray.z } else { f64::INFINITY };
         let E = pixel.P + scene.radius.min(to_near) * ray;
+        observer.ray(k, ray, E);
         let slope = |point: DVec3| point.truncate() / if perspective { point.z } else { 1.0 };
         let across: DVec2 = (slope(E) - slope(pixel.P)) / scene.pixel_extent();
         for i in 1..=pixel.steps {
             let along = (b + f64::from(i)) / f64::from(pixel.steps + 1);
-            let taken = scene.clamped(pixel.p + shift.round(along * across)) - pixel.p;
-            let Some(sample) = scene.at(pixel, taken, taken) else { continue };
+            let at = along * across;
+            let taken = scene.clamped(pixel.p + shift.round(at)) - pixel.p;
+            let sample = scene.at(pixel, taken, taken);
             // The depth of the ray at this step. Along the way from P to E in the image 1/z changes linearly, or z when
             // orthographic.
             let ray_z = if perspective {
@@ -50,8 +53,14 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift) -> f64 {
                 (1.0 - along) * pixel.P.z + along * E.z
             };
             // The first texel in front of the ray stops it. Texels beyond R are ignored, and so is P's own texel.
-            if sample.z < ray_z * (1.0 + shift.comparison) && scene.within(&sample, shift) {
-                occlusion += scene.attenuation(sample.D.length());
+            let stops = |sample: &Sample| sample.z < ray_z * (1.0 + shift.comparison) && scene.within(sample, shift);
+            let stopped = sample.as_ref().filter(|sample| stops(sample));
+            let step = Step { at, taken, ray_z, sample: sample.as_ref(), stops: stopped.is_some() };
+            observer.step(i, &step);
+            if let Some(sample) = stopped {
+                let weight = scene.attenuation(sample.D.length());
+                observer.adds(k, weight);
+                occlusion += weight;
                 break;
             }
         }

@@ -73,6 +73,16 @@ pub(super) struct Sample {
     pub(super) taken: DVec2,
 }
 
+/// Where a sample lies in the image, in texels from P's own texel.
+pub(super) struct Place {
+    /// The offset before any rounding.
+    pub(super) meant: DVec2,
+    /// The texel that is read: rounded, and clamped to the image.
+    pub(super) taken: DVec2,
+    /// Where S is assumed to lie.
+    pub(super) at: DVec2,
+}
+
 /// One direction around a pixel.
 pub(super) struct Direction {
     /// The way from one sample to the next in texels, before any rounding.
@@ -146,8 +156,8 @@ impl<'a> MethodScene<'a> {
         self.pixel_shifted(x, y, EXACT)
     }
 
-    /// Returns [`MethodScene::pixel`] with shifted comparisons and roundings: the normal of a surface that is seen edge-on
-    /// within the shift is turned the other way, and the number of steps may differ by one.
+    /// Returns [`MethodScene::pixel`] with shifted comparisons and roundings: the normal of a surface that is seen
+    /// edge-on within the shift is turned the other way, and the number of steps may differ by one.
     pub(super) fn pixel_shifted(&self, x: usize, y: usize, shift: Shift) -> Option<Pixel> {
         let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let z = self.depth(x, y);
@@ -197,21 +207,26 @@ impl<'a> MethodScene<'a> {
         DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta))
     }
 
-    /// Returns sample i = 1..N_s of a direction. `None` on background and on P's own texel, where samples are ignored.
-    pub(super) fn sample(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Option<Sample> {
+    /// Returns where sample i = 1..N_s of a direction lies in the image.
+    pub(super) fn place(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Place {
         let s = self.settings;
-        let exact = (direction.b + f64::from(i)) * direction.exact_stride;
+        let meant = (direction.b + f64::from(i)) * direction.exact_stride;
         let offset = match s.snap {
             Snap::Step => direction.first + f64::from(i) * direction.stride,
-            Snap::Sample | Snap::None => shift.round(exact),
+            Snap::Sample | Snap::None => shift.round(meant),
         };
         let taken = self.clamped(pixel.p + offset) - pixel.p;
-        // `at` is where S is assumed to lie in the image, in texels from P.
         let at = match (s.clamp, s.snap) {
             (Clamp::Position, _) if taken != offset => taken,
-            (_, Snap::None) => exact,
+            (_, Snap::None) => meant,
             _ => offset,
         };
+        Place { meant, taken, at }
+    }
+
+    /// Returns sample i = 1..N_s of a direction. `None` on background and on P's own texel, where samples are ignored.
+    pub(super) fn sample(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Option<Sample> {
+        let Place { taken, at, .. } = self.place(pixel, direction, i, shift);
         self.at(pixel, taken, at)
     }
 

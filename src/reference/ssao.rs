@@ -1,6 +1,7 @@
 //! The float64 twin of `glsl/ssao.frag`: screen-space ambient occlusion as Crysis has it, ShaderX7 6.1: the share of
 //! points around P that lie in free space, in front of the surface that is seen at their texels.
 
+use super::observer::{Compared, Observer};
 use super::sampling::{MethodScene, Pixel, Shift};
 use super::twin::Twin;
 use crate::settings::{SsaoDepth, SsaoRotation, Toggle};
@@ -17,17 +18,17 @@ pub(super) const TWIN: Twin = Twin {
 
 /// Returns 1 minus what sample i = `index` + 1 adds to the accessibility.
 #[allow(non_snake_case)]
-fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f64 {
+fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift, observer: &mut dyn Observer) -> f64 {
     let settings = scene.settings;
     let (l, mut offset) = kernel(scene, pixel, index);
 
     // An offset's x and y are texture coordinates, and its z is in units of 2 P.z.
     let texels = |offset: DVec3| offset.truncate() * scene.extent;
+    let point = |offset: DVec3| scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
     if settings.ssao_normals == Toggle::On {
-        // 6.1, Future improvements: no sample lies behind the surface. Q is the point at the sample's depth on the ray
-        // through the sample's position. If n.(Q - P) is negative, the offset is reversed.
-        let Q = scene.position(pixel.p + texels(offset), pixel.P.z + 2.0 * pixel.P.z * offset.z);
-        let D = Q - pixel.P;
+        // 6.1, Future improvements: no sample lies behind the surface. D leads from P to the point at the sample's
+        // depth on the ray through the sample's position. If n.D is negative, the offset is reversed.
+        let D = point(offset) - pixel.P;
         if pixel.n.dot(D) < shift.comparison * pixel.n.length() * D.length() {
             offset = -offset;
         }
@@ -40,21 +41,28 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, index: u32, shift: Shift) -> f6
         SsaoDepth::Full => scene.depth_of_pixel(scale * x, scale * y),
         SsaoDepth::Half => scene.depth_of_pixel(scale * x / 2 * 2, scale * y / 2 * 2),
     };
+    let mut tell = |open: bool, range: f64, accessibility: f64| {
+        observer.point(&Compared { point: point(offset), surface: z, open, range, accessibility });
+    };
     if z.is_infinite() {
+        tell(true, 0.0, 1.0);
         return 0.0;
     }
     // The point lies in free space if S.z > P.z + 2 P.z offset.z. Both sides are taken relative to P.z and divided by
     // the reach of the offset, 2 P.z l, which is 2 % to 20 % of P.z. So the shift is relative to the reach. A shift
     // relative to the depth would be 5 to 45 times as large, far more than float32 can be off by.
     let reach = 2.0 * pixel.P.z * l;
-    let open = if (z - pixel.P.z) / reach > offset.z / l + shift.comparison { 1.0 } else { 0.0 };
+    let is_open = (z - pixel.P.z) / reach > offset.z / l + shift.comparison;
+    let open = if is_open { 1.0 } else { 0.0 };
     // 6.1, depth range check: the sample counts 0.5 if the surface is too far in front of P.
     let range = if scene.range_check { ((pixel.P.z - z) / z).clamp(0.0, 1.0) } else { 0.0 };
-    1.0 - (open * (1.0 - range) + 0.5 * range)
+    let accessibility = open * (1.0 - range) + 0.5 * range;
+    tell(is_open, range, accessibility);
+    1.0 - accessibility
 }
 
 /// Returns the length l_i and the rotated offset of sample i = `index` + 1.
-pub(super) fn kernel(scene: &MethodScene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
+fn kernel(scene: &MethodScene, pixel: &Pixel, index: u32) -> (f64, DVec3) {
     let n = f64::from(scene.settings.ssao_samples);
     // 6.1, SSAO pixel shader: the offsets point to the corners of a cube and have the lengths l_i, which are 0.01 (1 +
     // 2.4/n)^i. Sample i uses the corner `index` modulo 8; x changes its sign most slowly, z fastest.

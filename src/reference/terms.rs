@@ -1,5 +1,6 @@
 //! The twin of the method that the settings name, with its counts and factors evaluated.
 
+use super::sampling::{EXACT, MethodScene, Pixel};
 use super::twin::{Converged, Occlusion, Twin};
 use crate::settings::method::methods;
 use crate::settings::{Method, Settings};
@@ -38,6 +39,15 @@ impl Terms {
             curve: (twin.curve)(settings),
             converged: twin.converged,
         })
+    }
+
+    /// Returns A at a pixel, before any blur.
+    pub(super) fn at(&self, scene: &MethodScene, pixel: &Pixel) -> f64 {
+        if pixel.exits_early(EXACT) {
+            return 1.0;
+        }
+        let term = |k| (self.occlusion)(scene, pixel, k, EXACT, &mut ());
+        self.visibility((0..self.count).map(term).sum())
     }
 
     /// Returns A for this sum of occlusion over all directions or samples.

@@ -1,10 +1,12 @@
 //! The parts of a method's float64 twin. The twin of each method is in a file of its own.
 
+use super::observer::Observer;
 use super::sampling::{MethodScene, Pixel, Shift};
 use crate::settings::Settings;
 
-/// Computes the occlusion of a pixel in direction k, or by sample k.
-pub(super) type Occlusion = fn(&MethodScene, &Pixel, u32, Shift) -> f64;
+/// Computes the occlusion of a pixel in direction k, or by sample k, and tells the observer how. The converged forms
+/// tell nothing.
+pub(super) type Occlusion = fn(&MethodScene, &Pixel, u32, Shift, &mut dyn Observer) -> f64;
 
 /// A method in the form A = 1 - scale * (sum of its occlusion over all directions, or over all samples).
 pub(super) struct Twin {

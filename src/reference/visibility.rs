@@ -1,7 +1,7 @@
 //! Computes the ambient occlusion of an image by the twins, and finds the pixels where float32 may differ from them.
 
 use super::inputs::TwinInputs;
-use super::sampling::{EXACT, MethodScene, Shift};
+use super::sampling::{EXACT, MethodScene, Pixel, Shift};
 use super::terms::Terms;
 use crate::Error;
 use crate::image::Image;
@@ -19,11 +19,7 @@ pub fn visibility<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Settin
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| 1.0)) };
     Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return 1.0 };
-        if pixel.exits_early(EXACT) {
-            return 1.0;
-        }
-        let occlusion: f64 = (0..method.count).map(|k| (method.occlusion)(&scene, &pixel, k, EXACT)).sum();
-        method.visibility(occlusion)
+        method.at(&scene, &pixel)
     }))
 }
 
@@ -38,6 +34,7 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Setting
     let Some(method) = Terms::of(settings) else { return Ok(image(&scene, |_, _| false)) };
     let shifts = [[1e-5, 1e-5], [1e-5, -1e-5], [-1e-5, 1e-5], [-1e-5, -1e-5]]
         .map(|[rounding, comparison]| Shift { rounding, comparison });
+    let occlusion = |pixel: &Pixel, k, shift| (method.occlusion)(&scene, pixel, k, shift, &mut ());
     Ok(image(&scene, |x, y| {
         let Some(pixel) = scene.pixel(x, y) else { return false };
         let exits = shifts.map(|shift| pixel.exits_early(shift));
@@ -48,11 +45,11 @@ pub fn ambiguous<F: Copy + Into<f64>>(inputs: &TwinInputs<F>, settings: &Setting
         let moves: f64 = (0..method.count)
             .map(|k| {
                 // If the early exit itself is in doubt, A may change by the whole occlusion.
-                let exact = if exits.contains(&true) { 0.0 } else { (method.occlusion)(&scene, &pixel, k, EXACT) };
+                let exact = if exits.contains(&true) { 0.0 } else { occlusion(&pixel, k, EXACT) };
                 let shifted = shifts
                     .iter()
                     .zip(&turned)
-                    .map(|(&shift, turned)| (method.occlusion)(&scene, turned.as_ref().unwrap_or(&pixel), k, shift));
+                    .map(|(&shift, turned)| occlusion(turned.as_ref().unwrap_or(&pixel), k, shift));
                 shifted.map(|term| (term - exact).abs()).fold(0.0, f64::max)
             })
             .sum();

@@ -1,6 +1,8 @@
 //! Draws the report's own drawings as SVG. They are legible in grey, because series differ in the shapes of their
 //! marks.
 
+use super::spots::{self, Spot};
+use super::ticks;
 use hbao::Error;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
@@ -37,21 +39,24 @@ fn svg(
     Ok(text)
 }
 
-/// Draws lines through points, with a legend.
+/// Draws lines through points, with a legend. Each point tells its values.
 pub(super) fn lines(series: &[Series], axes: &Axes) -> Result<String, Error> {
     let all = || series.iter().flat_map(|(_, points)| points);
     let range = |of: fn(&(f64, f64)) -> f64| {
         all().map(of).fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)))
     };
     let ((left, right), (low, high)) = (range(|p| p.0), range(|p| p.1));
-    svg(SIZE, |root| {
-        if axes.logarithmic {
-            let (x, y) = ((left / 1.3..right * 1.3).log_scale(), (low / 1.5..high * 6.0).log_scale());
-            chart(root, series, axes, x, y)
+    let mut spots = Vec::new();
+    let drawn = svg(SIZE, |root| {
+        spots = if axes.logarithmic {
+            let along = |low: f64, high: f64| (low..high).log_scale().with_key_points(ticks::logarithmic(low, high));
+            chart(root, series, axes, along(left / 1.3, right * 1.3), along(low / 1.5, high * 6.0))?
         } else {
-            chart(root, series, axes, left..right, 0.0..high.max(1e-3) * 1.3)
-        }
-    })
+            chart(root, series, axes, left..right, 0.0..high.max(1e-3) * 1.3)?
+        };
+        Ok(())
+    })?;
+    Ok(spots::add(&drawn, &spots))
 }
 
 fn chart<'a, X, Y>(
@@ -60,7 +65,7 @@ fn chart<'a, X, Y>(
     axes: &Axes,
     x: X,
     y: Y,
-) -> Drawn
+) -> Result<Vec<Spot>, Box<dyn std::error::Error>>
 where
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
@@ -69,21 +74,14 @@ where
 {
     let mut chart =
         ChartBuilder::on(root).margin(12).x_label_area_size(48).y_label_area_size(64).build_cartesian_2d(x, y)?;
-    let short = |value: &f64| {
-        if *value > 0.0 && *value < 1e-3 || *value >= 1e5 {
-            return format!("{value:.0e}");
-        }
-        let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
-    };
+    let label = |value: &f64| ticks::label(*value);
     chart
         .configure_mesh()
         .x_labels(6)
         .x_desc(axes.x)
         .y_desc(axes.y)
-        .x_label_formatter(&short)
-        .y_label_formatter(&short)
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
         .axis_desc_style(("sans-serif", 15))
         .label_style(("sans-serif", 13))
         .light_line_style(RGBColor(240, 240, 240))
@@ -102,7 +100,21 @@ where
         .border_style(LIGHT)
         .label_font(("sans-serif", 13))
         .draw()?;
-    Ok(())
+    let all = series.iter().flat_map(|(name, points)| points.iter().map(move |point| (name, point)));
+    let tell = |(name, point): (&String, &(f64, f64))| Spot {
+        at: chart.backend_coord(point),
+        text: format!("{name}: {} at {} {}", told(point.1), told(point.0), axes.x),
+    };
+    Ok(all.map(tell).collect())
+}
+
+/// Writes a value as precisely as a reader may want it.
+fn told(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
+        return format!("{value:.2e}");
+    }
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
 /// Makes the mark of the i-th series.

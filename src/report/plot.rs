@@ -1,6 +1,9 @@
 //! Draws a plot with time on one axis and error on the other, as SVG. It is legible in grey, because methods differ in
 //! the shapes of their marks.
 
+use super::spots::{self, Spot};
+use super::ticks;
+use super::words::words;
 use hbao::Error;
 use hbao::measure::trade::TradeRow;
 use hbao::settings::{Marker, Method};
@@ -9,14 +12,16 @@ use plotters::prelude::*;
 const SIZE: (u32, u32) = (800, 560);
 const DARK: RGBColor = RGBColor(40, 40, 40);
 
-/// Draws the RMSE of each row over its milliseconds. A line joins the rows of the Pareto front.
+/// Draws the RMSE of each row over its milliseconds. A line joins the rows of the Pareto front, and each mark tells its
+/// row.
 pub(crate) fn trade(rows: &[TradeRow], title: &str) -> Result<String, Error> {
     let mut text = String::new();
-    draw(rows, title, &mut text).map_err(|e| Error::Context(format!("the plot cannot be drawn: {e}")))?;
-    Ok(text)
+    let spots = draw(rows, title, &mut text);
+    let spots = spots.map_err(|e| Error::Context(format!("the plot cannot be drawn: {e}")))?;
+    Ok(spots::add(&text, &spots))
 }
 
-fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<Vec<Spot>, Box<dyn std::error::Error>> {
     // The time axis is logarithmic, so a row that takes no time cannot be drawn.
     let rows: Vec<&TradeRow> = rows.iter().filter(|row| row.ms > 0.0).collect();
     let range = |f: &dyn Fn(&TradeRow) -> f64| {
@@ -27,6 +32,7 @@ fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<(), Box<dyn
     if rows.is_empty() {
         return Err("no row took any time".into());
     }
+    let (left, right) = (fast / 1.3, slow * 1.3);
     let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
@@ -34,12 +40,15 @@ fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<(), Box<dyn
         .margin(12)
         .x_label_area_size(48)
         .y_label_area_size(64)
-        .build_cartesian_2d((fast / 1.3..slow * 1.3).log_scale(), 0.0..worst * 1.08)?;
+        .build_cartesian_2d(
+            (left..right).log_scale().with_key_points(ticks::logarithmic(left, right)),
+            0.0..worst * 1.08,
+        )?;
     chart
         .configure_mesh()
         .x_desc("ambient occlusion and blur, milliseconds (logarithmic)")
         .y_desc("RMSE against ray-traced visibility")
-        .x_label_formatter(&|ms| if *ms < 10.0 { format!("{ms:.1}") } else { format!("{ms:.0}") })
+        .x_label_formatter(&|ms| ticks::label(*ms))
         .y_label_formatter(&|rmse| format!("{rmse:.2}"))
         .axis_desc_style(("sans-serif", 16))
         .label_style(("sans-serif", 14))
@@ -80,6 +89,14 @@ fn draw(rows: &[TradeRow], title: &str, text: &mut String) -> Result<(), Box<dyn
         .border_style(RGBColor(180, 180, 180))
         .label_font(("sans-serif", 14))
         .draw()?;
+    let tell = |row: &&TradeRow| {
+        let (name, words) = (row.settings.method.name(), words(&row.settings));
+        let text = format!("{name} {}: RMSE {:.4}, {:.2} ms", words.trim_end(), row.errors.rmse, row.ms);
+        Spot { at: chart.backend_coord(&(row.ms, row.errors.rmse)), text }
+    };
+    let spots = rows.iter().map(tell).collect();
+    drop(chart);
     root.present()?;
-    Ok(())
+    drop(root);
+    Ok(spots)
 }

@@ -1,8 +1,11 @@
 //! Makes the report: measures and renders everything, and returns the files to be written.
 
+use super::diagrams::{self, Diagrams};
 use super::extremes::{self, Extremes};
 use super::figures;
+use super::findings;
 use super::lab::{Lab, Noise};
+use super::machine::machine;
 use super::measures::Measures;
 use super::page::{Report, html};
 use super::{claims, speeds};
@@ -17,10 +20,6 @@ use std::time::Instant;
 pub(crate) const PAGE: &str = "index.html";
 /// The name of the file that holds the page's figures as numbers.
 pub(crate) const FIGURES: &str = "report.json";
-
-/// The line of the page that lists the papers' diagrams that show nothing rendered.
-const DIAGRAMS: &str = "The papers' diagrams that show nothing rendered: 6.1.2, 6.1.3, 6.2.2, 6.2.5 to 6.2.9, 6.2.11, 6.2.12 and \
-                        the talk's Figure 2";
 
 /// The options of a report.
 pub(crate) struct Options {
@@ -59,13 +58,15 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
     let measures = Measures::measure(&lab, runs, || progress.inc(1))?;
     progress.finish_and_clear();
     let tests: Vec<_> = claims::all().collect();
-    let progress = bar((figures::ALL.len() + tests.len() + 1) as u64, "figures and claims");
+    let progress = bar((figures::ALL.len() + tests.len() + 2) as u64, "figures and claims");
     let mut report = Report {
         about: Vec::new(),
-        missing: lab.missing.iter().cloned().chain([DIAGRAMS.into()]).collect(),
+        findings: Vec::new(),
+        missing: lab.missing.clone(),
         claims: Vec::new(),
         measures: speeds::figures(&measures)?,
         figures: Vec::new(),
+        extremes: Vec::new(),
     };
     for sweep in &measures.sweeps {
         report.measures.push(sweep.figure()?);
@@ -75,12 +76,18 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
         progress.inc(1);
     }
     let extremes = extremes::measure(gl)?;
-    report.measures.extend(extremes.figures()?);
+    report.extremes = extremes.figures()?;
+    progress.inc(1);
+    report.findings = findings::all(&lab, &measures, &report.claims)?;
     progress.inc(1);
     for make in figures::ALL {
         report.figures.push(make(&lab)?);
         progress.inc(1);
     }
+    let Diagrams { figures: drawn, missing } = diagrams::draw(&lab)?;
+    diagrams::insert(&mut report.figures, drawn);
+    report.missing.extend(missing);
+    progress.inc(1);
     progress.finish_and_clear();
     if let Some(line) = too_noisy(&lab, &measures) {
         say(&line);
@@ -94,7 +101,9 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
         ));
     }
     report.about = vec![
+        ("scenes", lab.data_sets().iter().map(|subject| subject.name.as_str()).collect::<Vec<_>>().join(", ")),
         ("program", format!("hbao {}", env!("CARGO_PKG_VERSION"))),
+        ("machine", machine()),
         ("renderer", context.renderer()),
         ("OpenGL", context.version()),
         ("size", format!("{}x{}", size.0, size.1)),
@@ -105,7 +114,8 @@ pub(crate) fn make(context: &Context, options: &Options) -> Result<Made, Error> 
     let numbers = format!("{:#}\n", numbers_of(&report, &measures, &extremes, &context.renderer(), size));
     let (claims, figures, page) = (report.claims.len(), report.figures.len(), html(&report));
     let mut files = Vec::new();
-    for figure in report.measures.into_iter().chain(report.figures) {
+    let findings = report.findings.into_iter().map(|finding| finding.figure);
+    for figure in findings.chain(report.figures).chain(report.measures).chain(report.extremes) {
         files.extend(figure.pictures.into_iter().map(|picture| File { name: picture.file, bytes: picture.png }));
         files.extend(figure.drawings.into_iter().map(|drawing| File { name: drawing.file, bytes: drawing.svg.into() }));
     }

@@ -27,13 +27,13 @@ pub(super) struct Sweep {
     size: (u32, u32),
     /// The noise of the truth, as a root mean square.
     noise: f64,
-    key: &'static str,
+    pub(super) key: &'static str,
     rays: u32,
     runs: usize,
     /// The rows, with the fastest first.
     pub(super) rows: Vec<TradeRow>,
     /// The combinations of the chapter's own rows, each with its decomposed error.
-    parts: Vec<Decomposed>,
+    pub(super) parts: Vec<Decomposed>,
     arguments: String,
 }
 

@@ -9,7 +9,7 @@ const CONVERT: &str = "and only OBJ is read: convert it to OBJ, for example with
 const UNPACK: &str = "and only OBJ is read: unpack it and give the OBJ file inside";
 const MODEL: &str = "and only OBJ is read: give the model";
 const DOWNLOAD: &str = "and only OBJ is read: download the file itself";
-const ENCODE: &str = "and only UTF-8 is read: save it as UTF-8";
+pub(super) const ENCODE: &str = "and only UTF-8 is read: save it as UTF-8";
 
 /// A format: what a file of it is called, and what to do with it.
 pub(super) type Format = (&'static str, &'static str);

@@ -21,7 +21,7 @@ mod view;
 pub use crate::projection::Projection;
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
-pub use view::{Lens, View};
+pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;
 use std::path::Path;

@@ -41,8 +41,9 @@ pub(super) fn colours(
             return colours;
         }
     };
-    if let Some((what, _)) = foreign::certain(&head) {
-        not_read(format!("{}: this is {what}, and not MTL", path.display()));
+    if let Some((what, remedy)) = foreign::certain(&head) {
+        let remedy = if remedy == foreign::ENCODE { remedy } else { "and not MTL" };
+        not_read(format!("{}: this is {what}, {remedy}", path.display()));
         return colours;
     }
     // `None` before the first `newmtl`, `Some(None)` in a material that is not wanted, and otherwise its number.
@@ -53,8 +54,9 @@ pub(super) fn colours(
             Ok(Some(statement)) => statement,
             Ok(None) => return colours,
             Err(error) => {
+                // Nothing of a file that cannot be read to its end is used.
                 notices.add(Kind::Library, || error.to_string());
-                return colours;
+                return HashMap::new();
             }
         };
         match statement.keyword() {
@@ -64,28 +66,36 @@ pub(super) fn colours(
                 colours.extend(material.map(|material| (material, WHITE)));
             }
             "Kd" => match (colour(&statement), current) {
-                (Ok(colour), Some(material)) => colours.extend(material.map(|material| (material, colour))),
+                (Ok(colour), Some(material)) => {
+                    if material.is_some() && colour.iter().any(|x| *x > 1.0) {
+                        notices.add(Kind::Bright, || statement.notice("Kd is above 1"));
+                    }
+                    let colour = colour.map(|x| x.clamp(0.0, 1.0) as f32);
+                    colours.extend(material.map(|material| (material, colour)));
+                }
                 (Ok(_), None) => notices.add(Kind::Colour, || statement.notice("Kd belongs after a newmtl")),
                 (Err(what), _) => notices.add(Kind::Colour, || statement.notice(what)),
             },
+            "map_Kd" if current.flatten().is_some() => {
+                notices.add(Kind::Texture, || statement.notice("the texture of map_Kd is not read"));
+            }
             _ => {}
         }
     }
 }
 
 /// Parses the numbers of `Kd r g b`, or of `Kd r`, which is a grey.
-fn colour(statement: &Statement) -> Result<[f32; 3], String> {
+fn colour(statement: &Statement) -> Result<[f64; 3], String> {
     let mut words = statement.words().peekable();
     if let Some(form @ (&"spectral" | &"xyz")) = words.peek() {
         return Err(format!("Kd {form} is not read, only Kd red green blue"));
     }
     let mut component = || words.next().map(number).transpose();
-    let numbers = match [component()?, component()?, component()?] {
+    Ok(match [component()?, component()?, component()?] {
         [Some(r), Some(g), Some(b)] => [r, g, b],
         [Some(grey), None, None] => [grey; 3],
         _ => return Err("Kd needs three numbers, red green blue".into()),
-    };
-    Ok(numbers.map(|x| x.clamp(0.0, 1.0) as f32))
+    })
 }
 
 /// An MTL file that was found.
@@ -100,7 +110,6 @@ pub(super) struct Found {
 /// of the model's `folders` or below it: models are often files from somebody else, and must not be able to make this
 /// program open files elsewhere.
 pub(super) fn libraries(folders: &[PathBuf], name: &[u8]) -> Vec<Result<Found, String>> {
-    let name = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name);
     // Exporters on Windows write backslashes.
     let name: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
     // The words are taken for several names only if all end in `.mtl` and no file has all of them as its name: a name
@@ -179,7 +188,8 @@ enum NotOpened {
 fn inside(folders: &[PathBuf], relative: &Path) -> Result<Found, NotOpened> {
     let plain = |part: Component| match part {
         Component::CurDir => true,
-        Component::Normal(part) => !part.as_encoded_bytes().contains(&b':'), // a drive, C:
+        // On Windows a colon belongs to a drive, C:, or to a stream of a file.
+        Component::Normal(part) => !cfg!(windows) || !part.as_encoded_bytes().contains(&b':'),
         _ => false,
     };
     if relative.as_os_str().is_empty() || !relative.components().all(plain) {

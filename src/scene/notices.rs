@@ -6,14 +6,22 @@ use std::collections::BTreeMap;
 /// A kind of thing that is left out. The kinds are told in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
+    /// A face of fewer than three corners.
+    Face,
     /// A `vn` statement that gives no direction.
     Normal,
     /// A corner whose index of a normal is wrong.
     NormalIndex,
     /// A material file that cannot be read.
     Library,
+    /// A material file after the most that are read.
+    Excess,
     /// A `Kd` statement that gives no colour.
     Colour,
+    /// A `Kd` statement with a number above 1.
+    Bright,
+    /// A texture, which is not read.
+    Texture,
     /// A material that a `usemtl` statement names and no material file defines.
     Material,
 }
@@ -25,7 +33,11 @@ impl Kind {
             Kind::Normal => ("normals", "the triangles give the normal there"),
             Kind::NormalIndex => ("corners", "the triangles give the normal there"),
             Kind::Library => ("material files", "its materials are white"),
+            Kind::Excess => ("material files", "its materials are white"),
             Kind::Colour => ("colours", "its material is white"),
+            Kind::Bright => ("colours", "it is taken as 1; write colours from 0 to 1"),
+            Kind::Texture => ("textures", "its material has the colour of Kd"),
+            Kind::Face => ("faces", "it is left out"),
             Kind::Material => ("materials", "its triangles are white"),
         }
     }

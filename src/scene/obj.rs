@@ -168,7 +168,7 @@ fn cannot_read(path: &Path, error: &io::Error) -> Error {
 }
 
 fn too_many_libraries() -> String {
-    format!("more than {MOST_LIBRARIES} material files, of which only these are read; join them into one")
+    format!("this is material file {}, and only {MOST_LIBRARIES} are read: join them", MOST_LIBRARIES + 1)
 }
 
 /// The face that is being read. Its memory is kept from one face to the next.
@@ -245,13 +245,14 @@ impl Model {
                     if self.libraries.len() < MOST_LIBRARIES {
                         self.libraries.push((statement.line(), name.into()));
                     } else {
-                        self.notices.add(Kind::Library, || statement.notice(too_many_libraries()));
+                        self.notices.add(Kind::Excess, || statement.notice(too_many_libraries()));
                     }
                 }
             }
             "p" | "l" => self.instead = Some("points and lines"),
             "surf" | "curv" | "curv2" => self.instead = Some("curved surfaces, which are not read"),
             "newmtl" => self.instead = Some("materials"),
+            "F" => self.instead = Some("statements in capital letters: write f for F, and v for V"),
             _ => {}
         }
         Ok(())
@@ -270,9 +271,9 @@ impl Model {
             });
             face.corners.push([v, vn]);
         }
-        // One corner is a point and two corners are a line, neither of which is drawn.
         if face.corners.len() < 3 {
-            self.instead = Some("points and lines");
+            self.instead = Some("faces of fewer than 3 corners");
+            self.notices.add(Kind::Face, || statement.notice("a face needs 3 corners"));
             return Ok(());
         }
         if self.mesh.positions.len().max(self.triangles.len()) > MOST - MOST_CORNERS {
@@ -304,7 +305,7 @@ impl Model {
             let files = if name.is_empty() { vec![Err("mtllib names no file".into())] } else { open(name) };
             for file in files {
                 if count == MOST_LIBRARIES {
-                    notices.add(Kind::Library, || notice(*line, too_many_libraries()));
+                    notices.add(Kind::Excess, || notice(*line, too_many_libraries()));
                     break 'libraries;
                 }
                 count += 1;
@@ -322,7 +323,7 @@ impl Model {
             }
         }
         // If a material file was not read, that is why materials are unknown, and its notice is enough.
-        if !notices.has(Kind::Library) {
+        if !notices.has(Kind::Library) && !notices.has(Kind::Excess) {
             let unknown =
                 self.materials.iter().filter(|(name, (number, _))| !name.is_empty() && !known.contains(number));
             let mut unknown: Vec<_> = unknown.map(|(name, &(_, line))| (line, name)).collect();

@@ -131,18 +131,20 @@ impl<'a> Statement<'a> {
     }
 
     /// Returns everything after the keyword. Names are read in this way, since they may contain spaces and `#`, and
-    /// bytes that are not UTF-8.
+    /// bytes that are not UTF-8. Quotes around it are left out.
     pub(super) fn name(&self) -> &'a [u8] {
         let space = |byte: &u8| byte.is_ascii_whitespace();
-        match std::str::from_utf8(self.bytes) {
+        let name: &[u8] = match std::str::from_utf8(self.bytes) {
             Ok(text) => text.split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim()).as_bytes(),
             Err(_) => self.bytes.iter().position(space).map_or(b"", |at| self.bytes[at..].trim_ascii()),
-        }
+        };
+        name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name)
     }
 
     /// Returns the words after the keyword, up to a comment if there is one.
     pub(super) fn words(&self) -> impl Iterator<Item = &str> {
-        self.text.split_whitespace().skip(1).take_while(|word| !word.starts_with('#'))
+        let before_comment = self.text.split('#').next().unwrap_or_default();
+        before_comment.split_whitespace().skip(1)
     }
 
     /// Returns the error that this statement is invalid, because of `what`.

@@ -6,6 +6,9 @@ use crate::Error;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_4;
 
+/// The words in a notice of [`View::camera`] that say that the picture will be empty.
+pub const NOTHING_IN_VIEW: &str = "nothing is in view";
+
 /// The smallest length that a camera's settings may have, in scene units. Its square still fits float32.
 const SMALLEST: f64 = 1e-15;
 /// When a scene is framed, its bounding box leaves this share of the picture's half size free on each side.
@@ -99,9 +102,10 @@ impl View {
         let axes = Camera { eye: target, right, up: picture_up, forward, projection, near: 0.0, far: 0.0 };
         if self.eye.is_none() && is_a_point(&axes, bounds) {
             notices.push(
-                "the scene is too small to be framed at its distance from the origin: nothing is in view; scale it up, \
-                 or give --eye"
-                    .into(),
+                format!(
+                    "the scene is too small to be framed at its distance from the origin: {NOTHING_IN_VIEW}; scale it up, or \
+                     give --eye"
+                ),
             );
         }
         let eye = self.eye.unwrap_or_else(|| target - forward * framing_distance(&axes, bounds));
@@ -163,7 +167,7 @@ impl View {
         let depths = mesh.positions.iter().map(|&p| camera.to_eye(p).z);
         let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
         if farthest < SMALLEST {
-            notices.push("the whole scene lies behind the camera: nothing is in view".into());
+            notices.push(format!("the whole scene lies behind the camera: {NOTHING_IN_VIEW}"));
         }
         let scene_far = if farthest < SMALLEST { 1.0 } else { farthest };
         let far = self.far.unwrap_or((scene_far * (1.0 + STAND_OFF)).min(FARTHEST));
@@ -180,7 +184,7 @@ impl View {
         // scene and does not fit the other, or both follow from the scene, which then lies beyond 1e15.
         match self.near {
             Some(near) if near * 2.0 <= FARTHEST => {
-                notices.push(format!("--near {} lies beyond the whole scene: nothing is in view", number(near)));
+                notices.push(format!("--near {} lies beyond the whole scene: {NOTHING_IN_VIEW}", number(near)));
                 Ok((near, near * 2.0))
             }
             Some(near) => {
@@ -191,7 +195,7 @@ impl View {
                     Some(far) => format!("--far {}", number(far)),
                     None => "1e15 from the camera, the largest depth that is drawn".into(),
                 };
-                notices.push(format!("the whole scene lies beyond {beyond}: nothing is in view"));
+                notices.push(format!("the whole scene lies beyond {beyond}: {NOTHING_IN_VIEW}"));
                 Ok((far * NEAR_OF_FAR, far))
             }
         }

@@ -22,7 +22,8 @@ impl Settings {
             Some(Exit::Paper) => f64::from(self.steps + 1),
             Some(Exit::Shorten) => 2.0,
         };
-        let depth = self.radius_in_texels(projection, size)? / needed;
+        let [x, y] = self.radius_in_texels(projection, size)?;
+        let depth = x.min(y) / needed;
         Ok(match projection {
             Projection::Perspective { .. } => depth,
             Projection::Orthographic { .. } if depth < 1.0 => 0.0,
@@ -35,14 +36,14 @@ impl Settings {
         self.method.reads("exit").then_some(self.exit)
     }
 
-    /// Returns how many texels of ambient occlusion R covers in a picture of `size` (width, height) pixels, on the axis
-    /// on which it covers fewer: in perspective at the depth 1, otherwise at every depth.
+    /// Returns how many texels of ambient occlusion R covers in x and in y, in a picture of `size` (width, height)
+    /// pixels: in perspective at the depth 1, otherwise at every depth.
     ///
     /// # Errors
     /// [`Error::Usage`] if the radius is in percent.
-    pub(crate) fn radius_in_texels(&self, projection: Projection, size: (u32, u32)) -> Result<f64, Error> {
+    pub(crate) fn radius_in_texels(&self, projection: Projection, size: (u32, u32)) -> Result<[f64; 2], Error> {
         let [half_width, half_height] = projection.half_extents();
-        let texels = (f64::from(size.0) / half_width).min(f64::from(size.1) / half_height) / 2.0;
-        Ok(self.radius_units()? * texels / f64::from(self.ao_scale()))
+        let texel = f64::from(self.ao_scale()) * 2.0 / self.radius_units()?;
+        Ok([f64::from(size.0) / (half_width * texel), f64::from(size.1) / (half_height * texel)])
     }
 }

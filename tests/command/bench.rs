@@ -134,7 +134,7 @@ fn parts_can_be_chosen_and_settings_that_the_cases_set_are_said_to_have_no_effec
     for flag in ["--steps has no effect", "--half-res has no effect"] {
         assert!(stderr.contains(flag), "{stderr}");
     }
-    assert!(!stderr.contains("--radius") && report["scene"] == "cornell-box", "{stderr}");
+    assert!(!stderr.contains("--radius has no effect") && report["scene"] == "cornell-box", "{stderr}");
 }
 
 #[test]

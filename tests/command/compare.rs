@@ -224,8 +224,13 @@ fn channels_of_one_file_alone_are_told_and_alpha_counts_where_it_is_not_opaque()
     write_exr(&at("rgb.exr"), 2, &["R", "G", "B"].map(|name| (name, plane(0.5))));
     write_exr(&at("rgba.exr"), 2, &["R", "G", "B", "A"].map(|name| (name, plane(0.5))));
     write_exr(&at("uv.exr"), 2, &["u", "v"].map(|name| (name, plane(0.5))));
-    let (code, [stdout, stderr]) = compare(folder.path(), "rgbz.exr rgb.exr --max-rmse 0");
+    let (code, [stdout, stderr]) = compare(folder.path(), "rgbz.exr rgb.exr");
     assert_eq!((code, &*stderr), (0, "hbao: only one of the files has Z: only R, G, B is compared\n"), "{stdout}");
+    // A golden image with a channel that is not there any more is no success.
+    for bound in ["--max-rmse 1", "--max-pixels 9", "--tolerance 1"] {
+        let (code, [_, stderr]) = compare(folder.path(), &format!("rgbz.exr rgb.exr {bound}"));
+        assert!(code == 1 && stderr.contains("only one of them has Z, which no bound allows"), "{stderr}");
+    }
     let measured = measures(folder.path(), "rgb.exr rgba.exr");
     assert_eq!(
         (&measured["channels"], measured["bias"].as_f64()),
@@ -249,8 +254,17 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
     write_exr(&at("a.exr"), 3, &[("Y", FlatSamples::F32(vec![0.0; 3]))]);
     let whole = fs::read(at("a.exr")).unwrap();
     fs::write(at("cut.exr"), &whole[..whole.len() - 5]).unwrap();
+    // A picture of few bytes and many pixels: each row of one bit per pixel compresses to next to nothing.
+    write_png(
+        &at("huge.png"),
+        (1 << 16, 1 << 10),
+        ColorType::Grayscale,
+        BitDepth::One,
+        &vec![0; (1 << 13) * (1 << 10)],
+    );
     let before = names(folder.path());
     for (code, arguments, part) in [
+        (1, "huge.png huge.png", "huge.png: it has 65536x1024 pixels, and at most 33554432 are compared"),
         (
             1,
             "a.png wide.png",
@@ -258,16 +272,18 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
         ),
         (1, "a.png text.png", "text.png: it is neither a PNG nor an EXR file"),
         (1, "a.png empty.png", "empty.png: it is neither a PNG nor an EXR file"),
-        (1, "a.png cut.png", "cut.png: "),
-        (1, "cut.exr a.exr", "cut.exr: "),
-        (1, "a.png none.png", "none.png: No such file"),
-        (1, "a.png .", ".: Is a directory"),
+        (1, "a.png cut.png", "cut.png: the file is damaged or cut off"),
+        (1, "cut.exr a.exr", "cut.exr: the file is damaged or cut off"),
+        (1, "a.png none.png", "none.png: no such file"),
+        (1, "a.png .", ".: this is a folder, and not a picture"),
         (2, "a.png", "B"),
-        (2, "a.png a.png --max-rmse -1", "--max-rmse: '-1' is no number of at least 0"),
+        (2, "a.png a.png --max-rmse -1", "--max-rmse: '-1' is not a number of at least 0"),
         (2, "a.png a.png --max-rmse nan", "--max-rmse: 'nan'"),
         (2, "a.png a.png --tolerance 1/0", "--tolerance: '1/0'"),
         (2, "a.png a.png --tolerance 1/2/3", "--tolerance: '1/2/3'"),
-        (2, "a.png a.png --max-pixels 1.5", "--max-pixels: '1.5' is no whole number"),
+        (2, "a.png a.png --max-pixels 1.5", "--max-pixels: '1.5' is not a whole number"),
+        (2, "a.png wide.png --heat a.png", "--heat a.png: this is one of the pictures to compare"),
+        (2, "a.png wide.png --heat ./wide.png", "--heat ./wide.png: this is one of the pictures to compare"),
         (2, "a.png a.png --heat heat.exr", "--heat heat.exr: its name must end in .png"),
         (1, "a.png a.png --heat none/heat.png", "none/heat.png: the folder none does not exist"),
     ] {

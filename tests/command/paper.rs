@@ -3,59 +3,106 @@
 
 use crate::rig;
 use crate::rig::command::cached;
+use crate::rig::scenes::Shot;
 use hbao::Settings;
 use hbao::context::{Backend, Context};
 use hbao::image::{Image, png};
 use hbao::measure::precision::Comparer;
+use hbao::reference::anatomy::Anatomy;
 use hbao::scene::{Lens, Scene, View};
 use hbao::settings::DepthFormat;
 use serde_json::Value;
 use std::path::Path;
+use std::sync::LazyLock;
+use tempfile::TempDir;
 
 /// Returns each part of the text that lies between `from` and `to`.
 fn between<'a>(text: &'a str, from: &'a str, to: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(from).skip(1).filter_map(move |rest| rest.split(to).next())
 }
 
-const FIGURES: [&str; 16] = [
+const FIGURES: [&str; 27] = [
     "6.1.1",
+    "6.1.2",
+    "6.1.3",
     "6.1.4",
     "6.1.5",
     "6.1.6",
     "6.1.7",
     "6.2.1",
+    "6.2.2",
     "6.2.3",
     "6.2.4",
+    "6.2.5",
+    "6.2.6",
+    "6.2.7",
+    "6.2.8",
+    "6.2.9",
     "6.2.10",
+    "6.2.11",
+    "6.2.12",
     "6.2.13",
     "6.2.14",
     "6.2.15",
     "6.2.16",
     "6.2.17",
     "talk-1",
+    "talk-2",
     "table-6.2.1",
 ];
 
+/// A report that the command made: its files by their names, and what the command said meanwhile.
+pub(crate) struct Made {
+    files: Vec<(String, Vec<u8>)>,
+    said: String,
+}
+
+impl Made {
+    /// Returns the page.
+    pub(crate) fn page(&self) -> &str {
+        let (_, page) = self.files.iter().find(|(name, _)| name == "index.html").unwrap();
+        std::str::from_utf8(page).unwrap()
+    }
+
+    fn written(&self) -> TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        self.files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).unwrap());
+        folder
+    }
+}
+
+/// Returns the report, which is made once for all tests. It is kept in memory, so that no folder is left.
+pub(crate) fn made() -> &'static Made {
+    static MADE: LazyLock<Made> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("empty-home")).unwrap();
+        let arguments = "paper -o report --size 64x48 --runs 1 --truth-rays 16 --models empty-home";
+        let output = cached(folder.path(), arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        let entries = std::fs::read_dir(folder.path().join("report")).unwrap().map(Result::unwrap);
+        let read = |path: &Path| std::fs::read(path).unwrap();
+        let files = entries.map(|entry| (entry.file_name().into_string().unwrap(), read(&entry.path()))).collect();
+        Made { files, said }
+    });
+    &MADE
+}
+
 #[test]
 fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::create_dir(folder.path().join("empty-home")).unwrap();
-    let arguments = "paper -o report --size 64x48 --runs 1 --truth-rays 16 --models empty-home";
-    let output = cached(folder.path(), arguments);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{said}");
-    let report = folder.path().join("report");
-    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+    let made = made();
+    let (folder, page, said) = (made.written(), made.page(), &made.said);
+    let report = folder.path().to_path_buf();
 
     // The page needs no network, and none of the files beside it.
-    for source in between(&page, "src=\"", "\"").chain(between(&page, "href=\"", "\"")) {
+    for source in between(page, "src=\"", "\"").chain(between(page, "href=\"", "\"")) {
         assert!(source.starts_with("data:image/png;base64,") || source.starts_with('#'), "{source:.60}");
     }
     assert!(!page.contains("<link") && !page.contains("@import") && !page.contains("url("));
     for figure in FIGURES {
         assert!(page.contains(&format!("<section id=\"figure-{figure}\"")), "figure {figure} is missing");
     }
-    for anchor in between(&page, "href=\"#", "\"") {
+    for anchor in between(page, "href=\"#", "\"") {
         assert!(page.contains(&format!("id=\"{anchor}\"")), "#{anchor} leads nowhere");
     }
     assert!(page.contains("class=\"compare\""), "the page has no pair of pictures to compare");
@@ -63,12 +110,14 @@ fn one_page_holds_every_figure_table_and_claim_and_needs_nothing_else() {
     // The same pictures are saved as files beside the page, and every file is complete.
     let files: Vec<_> = std::fs::read_dir(&report).unwrap().map(|entry| entry.unwrap().path()).collect();
     let of = |extension: &str| files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).count();
-    assert_eq!(between(&page, "src=\"data:", "\"").count(), of("png"));
+    assert_eq!(between(page, "src=\"data:", "\"").count(), of("png"));
     assert_eq!(page.matches("<svg").count(), of("svg"));
     assert!(of("png") > 30 && of("svg") > 6);
     assert_eq!(of("tmp"), 0, "a half-written file is left");
-    commands_make_the_same_pictures(&page, &report);
-    what_a_rim_hides_is_open_to_ssao_alone(&page);
+    commands_make_the_same_pictures(page, &report);
+    what_a_rim_hides_is_open_to_ssao_alone(page);
+    // Numbers and their units are joined by spaces that do not break.
+    diagrams_have_the_numbers_of_the_twin(&page.replace('\u{a0}', " "));
 
     let figures: Value = serde_json::from_str(&std::fs::read_to_string(report.join("report.json")).unwrap()).unwrap();
     let claims = figures["claims"].as_array().unwrap();
@@ -118,6 +167,59 @@ fn what_a_rim_hides_is_open_to_ssao_alone(page: &str) {
     assert!(ssao > 0.15 && hidden > 20.0, "{rim:?} {block:?}");
     assert!(hbao.abs() < 0.02 && rays.abs() < 0.02, "{rim:?} {block:?}");
     assert!(block[3] < 1.0 && rim[1] < rim[0] - 0.2, "{rim:?} {block:?}");
+}
+
+/// The numbers in the diagrams must be those that the twin finds at their pixel in a view that is rendered again here.
+fn diagrams_have_the_numbers_of_the_twin(page: &str) {
+    let section = |id: &str| {
+        let (_, rest) = page.split_once(&format!("<section id=\"figure-{id}\"")).unwrap();
+        rest.split("</section>").next().unwrap()
+    };
+    let samples = section("6.2.9");
+    let numbers_after = |text: &str, count: usize| -> Vec<usize> {
+        let rest = samples.split(text).nth(1).unwrap();
+        let digits = rest.split(|c: char| !c.is_ascii_digit()).filter(|part| !part.is_empty());
+        digits.take(count).map(|part| part.parse().unwrap()).collect()
+    };
+    let pixel = numbers_after("pixel (", 2);
+    let (pixel, k) = ((pixel[0], pixel[1]), numbers_after("direction ", 1)[0] as u32);
+    let (size, radius) = (numbers_after("Cornell box at ", 3), numbers_after("R = ", 1)[0] as f64);
+
+    let Scene { mesh, view, .. } = Scene::open("cornell-box").unwrap();
+    let shot = Shot::new("cornell-box", mesh, view, radius);
+    let settings = rig::float_settings(radius);
+    let context = Context::open(Backend::Auto).unwrap();
+    let frame = rig::render(context.gl(), &shot, (size[0] as u32, size[1] as u32), &settings);
+    let inputs = frame.inputs();
+    let twin = Anatomy::new(&inputs, &settings).unwrap();
+    let (start, slice) = (twin.start(pixel).unwrap(), twin.slice(pixel, k).unwrap());
+    let degrees = |sine: f64| format!("{:.1}°", sine.asin().to_degrees());
+
+    let rows: Vec<Vec<&str>> =
+        between(samples, "<th scope=\"row\">", "</tr>").map(|row| between(row, "<td>", "</td>").collect()).collect();
+    assert_eq!(rows.len(), slice.samples.len());
+    for (row, sample) in rows.iter().zip(&slice.samples) {
+        let found = sample.found.unwrap();
+        assert_eq!(row[0], format!("{}, {}", sample.taken.x, sample.taken.y));
+        assert_eq!(row[1], format!("{:.2}", found.D.length()));
+        assert_eq!(row[2..5], [found.sin_phi, found.sin_t, found.sin_before].map(degrees));
+        assert_eq!(row[6], format!("{:.4}", sample.contribution));
+        assert_eq!(row[7].starts_with("raises"), sample.contribution != 0.0, "{row:?}");
+    }
+    assert!(samples.contains(&format!("leave A = {:.4}", twin.visibility(pixel).unwrap())), "{samples}");
+    let sum: f64 = slice.samples.iter().take(3).map(|sample| sample.contribution).sum();
+    for part in
+        [format!("h = {}", degrees(slice.samples[0].found.unwrap().sin_phi)), format!("{sum:.4} has been added")]
+    {
+        assert!(samples.contains(&part), "{part}");
+    }
+    let angles = [format!("t(θ) = {}", degrees(slice.sin_t)), format!("h(θ) = {}", degrees(slice.sin_h()))];
+    assert!(angles.iter().all(|part| section("6.2.8").matches(part.as_str()).count() >= 2), "{angles:?}");
+    let lengths = [start.radius_px.y, start.step_px.y].map(|texels| format!("{texels:.2} texels"));
+    assert!(lengths.iter().all(|part| section("6.2.11").contains(part)), "{lengths:?}");
+    let horizon = slice.horizon_sample().unwrap();
+    let adds = format!("H is sample {}, {:.1} from P", horizon.index, horizon.found.unwrap().D.length());
+    assert!(section("6.2.7").contains(&adds) && section("6.2.7").contains(&format!("adds {:.4}.", slice.occlusion)));
 }
 
 /// What the page says about float32 and the formats must be what the library measures, and within what is promised.

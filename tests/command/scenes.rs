@@ -59,10 +59,11 @@ fn every_verb_tells_what_is_left_out_of_a_scene_and_goes_on() {
 #[test]
 fn a_scene_that_lacks_nothing_has_no_notice() {
     let folder = TempDir::new().unwrap();
-    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nusemtl red\nf 1//1 2//1 3//1\n";
+    // Two triangles meet at a right angle, so that they occlude each other.
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nusemtl red\nf 1//1 2//1 3//1\nf 1 3 4\n";
     fs::write(folder.path().join("m.obj"), obj.replace('\n', "\r")).unwrap();
     fs::write(folder.path().join("M.MTL"), "newmtl red\rKd 1 0 0\r").unwrap();
-    let output = cached(folder.path(), "truth m.obj -o out.exr --size 8x8 --truth-rays 2");
+    let output = cached(folder.path(), "truth m.obj -o out.exr --size 16x16 --truth-rays 16 --radius 1");
     let [_, stderr] = texts(&output);
     assert!(output.status.success() && stderr.lines().count() == 1 && !stderr.contains("m.obj"), "{stderr}");
 }

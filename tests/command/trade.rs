@@ -103,7 +103,7 @@ fn a_combination_that_mostly_exits_early_is_never_on_the_front_and_is_told() {
     let (exiting, others): (Vec<_>, Vec<_>) = all.iter().partition(|row| row["exit_share"].as_f64().unwrap() > 0.5);
     assert!(exiting.len() > 10 && exiting.iter().all(|row| row["pareto"] == false && row["steps"].as_u64() > Some(2)));
     assert!(others.iter().any(|row| row["pareto"] == true));
-    let told = said.lines().find(|line| line.contains("renderings exit early")).unwrap();
+    let told = said.lines().find(|line| line.contains("of the surface, exit early with visibility 1")).unwrap();
     assert!(told.contains("give --exit shorten, or a larger --radius or --size"), "{told}");
     let (all, said) = rows("--radius 150 --exit shorten");
     assert!(all.iter().all(|row| row["exit_share"] == 0.0 && row["exit"] == "shorten"), "{all:?}");

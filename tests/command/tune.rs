@@ -225,12 +225,16 @@ fn what_cannot_be_reached_ends_in_one_line_and_leaves_no_file() {
         (
             1,
             "nave --size 24x18 --eye 0,9,900 --target 0,9,2000 --max-ms 9 -o t.toml",
-            vec!["no pixel of this view holds a surface"],
+            vec!["nothing is in view: no part of the scene lies in the picture"],
         ),
         (
             1,
-            "nave --size 24x18 --max-ms 9 -o t.toml --method hbao --steps 99",
-            vec!["all 26 combinations of settings", "every step is below a texel"],
+            "nave --size 24x18 --max-ms 9 -o t.toml --method hbao --steps 99 --exit paper",
+            vec![
+                "combinations of settings",
+                "a step is below a texel",
+                "leave out --exit paper, or give a larger --radius",
+            ],
         ),
         (2, "nave -o t.toml", vec!["tune needs a goal: give --max-error E or --max-ms T"]),
         (2, "nave --max-error 0.1 --max-ms 5 -o t.toml", vec!["give only one of them"]),

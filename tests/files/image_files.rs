@@ -181,7 +181,7 @@ mod images {
                 }
             }
         }
-        assert!(message(png::read::<u8>(&folder.path().join("absent.png"))).contains("absent.png: No such file"));
+        assert!(message(png::read::<u8>(&folder.path().join("absent.png"))).contains("absent.png: no such file"));
     }
 
     #[test]

@@ -109,6 +109,8 @@ fn extreme_texture_indices_are_harmless() {
 fn files_without_faces_are_refused() {
     let mut junk: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2654435761) >> 13) as u8).collect();
     junk[0] = 0x89;
+    let capital = load_beside("V 0 0 0\nV 1 0 0\nV 0 1 0\nF 1 2 3\n", &[]);
+    refused(capital, &["holds no faces, only statements in capital letters: write f for F"]);
     let no_faces: [&[u8]; 4] = [b"\n\n", b"# only\n# comments", &junk, &[0xff; 99]];
     for bytes in no_faces {
         refused(load_beside(bytes, &[]), &["model.obj: holds no faces", "give an OBJ file with polygons"]);
@@ -213,7 +215,7 @@ fn spellings_of_the_same_triangle_load_the_same() {
         "v 0 0 0 0\nv 1 0 0 1\nv 0 1 0 2\nf 1 2 3\n",
         "v 0 0 0 0.5 0.5 0.5\nv 1 0 0\nv 0 1 0 1 1 1\nf 1 2 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3\n",
-        "o a\ng b\ns 1\nv 0 0 0\nv 1 0 0\nl 1 2 2\nv 0 1 0\np 1 2 3\nf 1 2 3\nl 1 2 3\nf 1 2\ng empty\n",
+        "o a\ng b\ns 1\nv 0 0 0\nv 1 0 0\nl 1 2 2\nv 0 1 0\np 1 2 3\nf 1 2 3\nl 1 2 3\ng empty\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2/ 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\ng\nusemtl\nf 1 2 3\\",
         "g\no\ns off\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/ 2/1/ 3/9/\n\u{1a}",
@@ -386,15 +388,18 @@ fn a_mesh_cut_finer_is_the_same_surface() {
 fn materials_give_colours_and_triangles_are_sorted_by_them() {
     let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl red\nf 2 3 4\nf 1 2 4\n\
         usemtl a name #2\nf 1 3 4\ng x\nusemtl\tred\nf 3 2 1\nusemtl wild\nusemtl none\nf 4 3 2\n";
-    let mesh = load_beside(obj, &[("m.mtl", MTL)]).unwrap();
+    let files: &[(&str, &[u8])] = &[("m.mtl", MTL.as_bytes())];
+    let bright = "m.mtl: line 10: Kd is above 1; it is taken as 1; write colours from 0 to 1";
+    let (mesh, notices) = noticed(obj, files).unwrap();
+    assert_eq!(notices, [bright]);
     let (white, red) = ([1.0; 3], [1.0, 0.0, 0.0]);
     let group = |colour, triangles| Group { colour, triangles };
     assert_eq!(mesh.groups, [group(white, 0..2), group(red, 2..5), group([0.25; 3], 5..6)]);
     assert_eq!(corners(&mesh, &mesh.triangles[0]), [DVec3::ZERO, DVec3::X, DVec3::Y]);
     assert_eq!(corners(&mesh, &mesh.triangles[4]), [DVec3::Y, DVec3::X, DVec3::ZERO]);
 
-    let clamped = load_beside(format!("mtllib m.mtl\r\nusemtl wild\r\n{TRIANGLE}"), &[("m.mtl", MTL)]).unwrap();
-    assert_eq!(colours(&clamped), [[0.0, 1.0, 0.5]]);
+    let (clamped, notices) = noticed(format!("mtllib m.mtl\r\nusemtl wild\r\n{TRIANGLE}"), files).unwrap();
+    assert_eq!((colours(&clamped), notices), (vec![[0.0, 1.0, 0.5]], vec![bright.into()]));
 }
 
 #[test]
@@ -455,6 +460,29 @@ fn an_unknown_material_is_white_and_is_told() {
     }
     // A usemtl without a name means no material.
     assert_eq!(noticed(format!("mtllib m.mtl\nusemtl\n{TRIANGLE}"), files).unwrap().1, [""; 0]);
+}
+
+#[test]
+fn textures_colours_above_1_and_faces_of_two_corners_are_told() {
+    let mtl = "newmtl a\nKd 200 30 30\nmap_Kd wood.png\nnewmtl unused\nKd 9 9 9\nmap_Kd wall.png\n";
+    let files: &[(&str, &[u8])] = &[("m.mtl", mtl.as_bytes())];
+    let (mesh, notices) = noticed(format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}f 1 2\nf 3\n"), files).unwrap();
+    assert_eq!(colours(&mesh), [[1.0; 3]]);
+    let expected = [
+        "model.obj: line 7: a face needs 3 corners (the first of 2 such faces); it is left out",
+        "m.mtl: line 2: Kd is above 1; it is taken as 1; write colours from 0 to 1",
+        "m.mtl: line 3: the texture of map_Kd is not read; its material has the colour of Kd",
+    ];
+    let told = |line: &str| notices.iter().any(|notice| notice.ends_with(line));
+    assert!(notices.len() == 3 && expected.iter().all(|line| told(line)), "{notices:?}");
+}
+
+#[test]
+fn quotes_around_names_and_comments_right_after_numbers_are_no_part_of_them() {
+    let files: &[(&str, &[u8])] = &[("m.mtl", b"newmtl wire 1\nKd 1 0 0#red\n")];
+    let obj = "mtllib \"m.mtl\"\nv 0 0 0#origin\nv 1 0 0\nv 0 1 0\nusemtl \"wire 1\"\nf 1 2 3#first\n";
+    let (mesh, notices) = noticed(obj, files).unwrap();
+    assert_eq!((colours(&mesh), notices), (vec![[1.0, 0.0, 0.0]], vec![]));
 }
 
 #[test]
@@ -554,7 +582,7 @@ fn a_bad_material_file_is_white_and_is_told_once_with_count_and_first_line() {
             b"newmtl a\rKd x\rnewmtl b\rKd 1 2\rKd y\r",
             format!("line 2: \"x\" is not a number (the first of 3 such colours); {colour}"),
         ),
-        (b"\xff\xfen\0e\0w\0", format!("this is text in UTF-16, and not MTL; {library}")),
+        (b"\xff\xfen\0e\0w\0", format!("this is text in UTF-16, and only UTF-8 is read: save it as UTF-8; {library}")),
         (b"\x89PNG\r\n\x1a\n", format!("this is a PNG picture, and not MTL; {library}")),
         (
             &[b' '; 3 << 20],
@@ -595,8 +623,13 @@ fn a_bad_material_file_is_white_and_is_told_once_with_count_and_first_line() {
         assert!(!notice.contains(char::is_control), "{notice:?}");
     }
     let many: String = (0..300).map(|i| format!("mtllib {i}.mtl\n")).collect();
-    let first = "of which only these are read; join them into one (the first of 300 such material files)";
-    assert_eq!(told(&many, &[]), format!("model.obj: line 201: more than 200 material files, {first}; {library}"));
+    let (_, notices) = noticed(format!("{many}\nusemtl a\n{TRIANGLE}"), &[]).unwrap();
+    let first = "material file \"0.mtl\" is not beside the model (the first of 200 such material files)";
+    let excess = "this is material file 201, and only 200 are read: join them (the first of 100 such material files)";
+    assert_eq!(
+        notices,
+        [format!("model.obj: line 1: {first}; {library}"), format!("model.obj: line 201: {excess}; {library}")]
+    );
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::rig::random::Draw;
 use glam::{DVec3, dvec3};
+use glow::HasContext;
 use hbao::context::{Backend, Context};
 use hbao::scene::{Camera, Lens, Mesh, View};
 use hbao::settings::Radius;
@@ -85,6 +86,54 @@ fn a_wall_on_the_border_of_two_slices_is_whole() {
                     assert!((f64::from(seen) / z - 1.0).abs() < 1e-5, "{seen} for {z}, {ppm} ppm off {border}");
                 }
             }
+        }
+    }
+}
+
+/// Returns the number of triangles that are drawn to render the depth of this mesh.
+fn triangles_drawn(context: &Context, mesh: &Mesh, camera: &Camera) -> u32 {
+    let (gl, settings) = (context.gl(), Settings { radius: Radius::Units(1.0), msaa: 1, ..Settings::default() });
+    let request = Request { gbuffer_only: true, ..Request::default() };
+    let mut pipeline = Pipeline::new(gl, (16, 12), &settings, request).unwrap();
+    // SAFETY: the context is current, and no other query is active.
+    unsafe {
+        let query = gl.create_query().unwrap();
+        gl.begin_query(glow::PRIMITIVES_GENERATED, query);
+        pipeline.render(mesh, camera).unwrap();
+        gl.end_query(glow::PRIMITIVES_GENERATED);
+        let count = gl.get_query_parameter_u32(query, glow::QUERY_RESULT);
+        gl.delete_query(query);
+        count
+    }
+}
+
+#[test]
+fn a_slice_draws_only_the_triangles_that_reach_into_it() {
+    let context = Context::open(Backend::Egl).unwrap();
+    for lens in [Lens::FovY(1.0), Lens::Height(30.0)] {
+        // The two slices are 0.1 to 15 and 10 to 1000.
+        let view = View {
+            eye: Some(DVec3::ZERO),
+            target: Some(DVec3::Z),
+            lens: Some(lens),
+            near: Some(0.1),
+            far: Some(1000.0),
+            ..View::default()
+        };
+        let drawn = |[z, end]: [f64; 2]| {
+            let mesh = quad(dvec3(-2.0, -1.0, z), dvec3(4.0, 0.0, 0.0), dvec3(0.0, 1.0, end - z));
+            triangles_drawn(&context, &mesh, &view.camera(&mesh, 16, 12).unwrap().0)
+        };
+        for (ends, times) in [
+            ([1.0, 2.0], 1),
+            ([11.0, 12.0], 2),
+            ([100.0, 200.0], 1),
+            ([1.0, 500.0], 2),
+            ([-500.0, 2000.0], 2),
+            ([-2.0, -1.0], 0),
+            ([2000.0, 3000.0], 0),
+        ] {
+            assert_eq!(drawn(ends), 2 * times, "{ends:?}, {lens:?}");
         }
     }
 }

@@ -134,17 +134,27 @@ fn where_every_step_is_longer_than_a_texel_the_exit_changes_nothing() {
 }
 
 #[test]
-fn a_step_longer_than_the_picture_is_past_it() {
+fn a_first_step_that_leaves_the_picture_on_all_sides_is_past_it() {
     let view = hills(ORTHOGRAPHIC);
-    let longest = f64::from(SIZE.0.max(SIZE.1));
+    let (width, height) = (f64::from(SIZE.0), f64::from(SIZE.1));
+    // From the middle, half the width is enough; from a corner, the whole width is needed.
     for (method, steps, texels, past) in [
-        (Method::Hbao, 4, 5.0 * longest + 0.1, 1.0),
-        (Method::Hbao, 4, 5.0 * longest - 0.1, 0.0),
-        (Method::RayMarch, 4, 5.0 * longest + 0.1, 1.0),
+        (Method::Hbao, 4, 5.0 * width, 1.0),
+        (Method::Crease, 4, 5.0 * (width - 0.4), 1.0),
+        (Method::Hbao, 4, 5.0 * (width / 2.0 - 0.1), 0.0),
+        (Method::RayMarch, 4, 1e9, 0.0),
         (Method::Ssao, 4, 1e9, 0.0),
     ] {
         let settings = Settings { steps, ..rig::raw(method, 0.1 * texels) };
         let reach = Reach::of(&view.depth, view.projection, &settings).unwrap();
         assert_eq!(reach.past, past, "{} {texels}", method.name());
     }
+    // A step of 3/4 of the width is longer than the height, and leaves the picture from the middle half of its columns.
+    assert!(0.75 * width > height);
+    let settings = Settings { steps: 4, ..rig::raw(Method::Hbao, 0.1 * 5.0 * 0.75 * width) };
+    let reach = Reach::of(&view.depth, view.projection, &settings).unwrap();
+    let covered = |x: usize| (0..view.depth.height).filter(|&y| view.depth.at(x, y).is_finite()).count();
+    let within = |x: &usize| (*x as f64 + 0.5 - width / 2.0).abs() < width / 4.0;
+    let middle: usize = (0..view.depth.width).filter(within).map(covered).sum();
+    assert!((reach.past - middle as f64 / reach.covered as f64).abs() < 1e-12, "{reach:?}");
 }

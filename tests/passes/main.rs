@@ -19,6 +19,7 @@ mod golden;
 mod half_resolution;
 mod invariance;
 mod precision;
+mod request;
 mod shaders;
 mod ssao;
 mod state;

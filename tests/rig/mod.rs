@@ -181,10 +181,17 @@ pub fn every_switch() -> Vec<Settings> {
             half_res: true,
             ..ssao()
         },
-        Settings { ssao_normals: Toggle::On, ssao_depth: SsaoDepth::Half, jitter: Jitter::None, blur: 0, ..ssao() },
-        Settings { exit: Exit::Shorten, steps: 24, ..base(100.0) },
-        Settings { exit: Exit::Shorten, steps: 40, half_res: true, ..method(Method::Crease, 100.0) },
+        Settings {
+            ssao_normals: Toggle::On,
+            ssao_curve: Some(Toggle::On),
+            ssao_depth: SsaoDepth::Half,
+            jitter: Jitter::None,
+            blur: 0,
+            ..ssao()
+        },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
+        Settings { exit: Exit::Shorten, steps: 24, ..base(100.0) },
+        Settings { exit: Exit::Shorten, steps: 40, half_res: true, strength: 3.0, ..base(403.0) },
     ];
     chapter.into_iter().chain(others).chain(more).collect()
 }

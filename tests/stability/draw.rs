@@ -278,10 +278,12 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
 pub(crate) fn batch(methods: Vec<Method>) -> impl Strategy<Value = Batch> {
     let backend = select(&[Backend::Egl, Backend::Osmesa][..]);
     let orthographic = prop::bool::weighted(0.3);
-    // What was added later is drawn last, so that the seeds of earlier failures still draw the same.
-    let exit = select(&[Exit::Paper, Exit::Shorten][..]);
-    (backend, settings(methods), size(), orthographic, vec(drawn(), 1..=SHOTS), exit).prop_map(
-        |(backend, settings, size, orthographic, shots, exit)| {
+    (backend, settings(methods), size(), orthographic, vec(drawn(), 1..=SHOTS)).prop_map(
+        |(backend, settings, size, orthographic, shots)| {
+            // This setting was added later. It is not drawn, so that the seeds of earlier failures still draw the same.
+            // In an orthographic view all pixels have the same number of steps, and would be ambiguous together.
+            let shortens = !orthographic && (settings.directions + settings.steps) % 2 == 1;
+            let exit = if shortens { Exit::Shorten } else { Exit::Paper };
             let settings = Settings { exit, ..settings };
             // Images with many samples are small.
             let samples = settings.method.samples(&settings);

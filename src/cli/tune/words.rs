@@ -42,8 +42,12 @@ pub(super) fn nothing(tuned: &Tuned, goal: Goal) -> String {
     let count = tuned.tried.len();
     let Some((nearest, least)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         let verdict = tuned.tried.first().map_or(Verdict::Open, |tried| tried.verdict);
+        let remedy = match verdict {
+            Verdict::StepsBelowTexel => "leave out --exit paper, or give a larger --radius or --size, or fewer --steps",
+            _ => REMEDY,
+        };
         return format!(
-            "all {count} combinations of settings were rejected before rendering: {}: {REMEDY}",
+            "all {count} combinations of settings were rejected before rendering: {}: {remedy}",
             why(verdict, goal)
         );
     };

@@ -33,7 +33,7 @@ pub fn measure(
     let camera = |case: &Case| Ok(view.camera(mesh, case.size.0, case.size.1)?.0);
     let cameras: Vec<Camera> = cases.iter().map(camera).collect::<Result<_, Error>>()?;
     let mut timers = Timers::new(gl, true)?;
-    let mut gbuffers = GBuffers::new(gl);
+    let mut gbuffers = GBuffers::with_colours(gl);
     let mut all = Vec::new();
     for (case, camera) in cases.iter().zip(&cameras) {
         // The cache renders the mesh once without cutting its triangles. After this the driver has made the memory of

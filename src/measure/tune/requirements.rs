@@ -41,11 +41,10 @@ impl Requirements {
         let covered = depth.map(|z| z.is_finite());
         let depths = depth.texels.iter().filter(|z| z.is_finite());
         let (nearest, farthest) = depths.fold((f32::INFINITY, 0.0f32), |(a, b), &z| (a.min(z), b.max(z)));
-        let in_texels = |z: f32| {
-            let [_, half_height] = shot.camera.projection.half_extents_at(f64::from(z));
-            base.radius_units().map(|radius| radius * f64::from(shot.size.1) / (2.0 * half_height))
-        };
-        let radius_px = (in_texels(farthest)?, in_texels(nearest)?);
+        let projection = shot.camera.projection;
+        let [x, y] = Settings { half_res: false, ..base.clone() }.radius_in_texels(projection, shot.size)?;
+        let in_texels = |z: f32| x.min(y) / if projection.is_perspective() { f64::from(z) } else { 1.0 };
+        let radius_px = (in_texels(farthest), in_texels(nearest));
         let samples = pipeline.samples();
         let mut edge_pixels = [0; 2];
         if samples > 1 {
@@ -59,7 +58,7 @@ impl Requirements {
                 *pixels = pipeline.edges().map_or(0, |edges| edges.texels.iter().filter(|&&edge| edge).count());
             }
         }
-        let (projection, farthest) = (shot.camera.projection, f64::from(farthest));
+        let farthest = f64::from(farthest);
         Ok(Requirements { covered, samples, edge_pixels, radius_px, depth, projection, farthest })
     }
 

@@ -85,7 +85,7 @@ impl<'a> Tuner<'a> {
         let mut known = HashSet::new();
         for round in 0..=ROUNDS {
             let admitted = next.iter().filter_map(|settings| self.space.admit(settings));
-            let mut new: Vec<Settings> = admitted.flat_map(|settings| self.with_other_exit(settings)).collect();
+            let mut new: Vec<Settings> = admitted.flat_map(|settings| self.with_exits(settings)).collect();
             new.retain(|settings| known.insert(key(settings)));
             new.sort_by(|a, b| work(a).total_cmp(&work(b)));
             let all = self.tried.len() + new.len();
@@ -109,12 +109,16 @@ impl<'a> Tuner<'a> {
         Ok(Tuned { tried: self.tried, best })
     }
 
-    /// Returns the combination and, if its steps may be shorter than a texel at some pixel, also the one that takes fewer
-    /// steps there, unless the user pinned what happens.
-    fn with_other_exit(&self, settings: Settings) -> impl Iterator<Item = Settings> {
-        let exits = self.requirements.steps_may_exit(&settings) && !self.space.pins("exit");
-        let other = exits.then(|| Settings { exit: Exit::Shorten, ..settings.clone() });
-        [settings].into_iter().chain(other)
+    /// Returns the combination with each exit that makes a difference: if its steps are shorter than a texel at no
+    /// pixel, only with the chapter's. An exit that the user pinned is kept.
+    fn with_exits(&self, settings: Settings) -> Vec<Settings> {
+        if self.space.pins("exit") {
+            return vec![settings];
+        }
+        let paper = Settings { exit: Exit::Paper, ..settings.clone() };
+        let exits = self.requirements.steps_may_exit(&paper);
+        let shorten = exits.then_some(Settings { exit: Exit::Shorten, ..settings });
+        [paper].into_iter().chain(shorten).collect()
     }
 
     /// Rejects a combination without rendering it, or renders it for its error and times it roughly if it may win.

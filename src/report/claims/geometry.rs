@@ -341,7 +341,7 @@ fn outliers(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         let pixels: Vec<(usize, usize)> = known.iter().map(|i| (i % width, i / width)).collect();
         let inputs = seen.inputs();
         let ignored = lab.ao(subject, &settings)?;
-        let kept = Anatomy::new(&inputs, &settings)?.with_outliers().visibility(&pixels);
+        let kept = Anatomy::new(&inputs, &settings)?.with_outliers().visibilities(&pixels);
         let mut image = truth.visibility.clone();
         for (i, a) in known.iter().zip(kept) {
             image.texels[*i] = a.unwrap_or(1.0) as f32;

@@ -16,7 +16,7 @@ use hbao::{Error, Pipeline, Request, Settings, rotation_tile, size_limit};
 /// Computes a picture by a twin, at the pixels from `corner` on. Background is 1.
 fn drawn(twin: &Anatomy, corner: (usize, usize), (width, height): (usize, usize)) -> Image<f64> {
     let pixels: Vec<_> = (0..width * height).map(|i| (corner.0 + i % width, corner.1 + i / width)).collect();
-    let texels = twin.visibility(&pixels).into_iter().map(|a| a.unwrap_or(1.0)).collect();
+    let texels = twin.visibilities(&pixels).into_iter().map(|a| a.unwrap_or(1.0)).collect();
     Image { width, height, texels }
 }
 

@@ -7,7 +7,7 @@ use crate::report::scenes;
 use crate::report::subject::Subject;
 use hbao::image::Image;
 use hbao::measure::table::Table;
-use hbao::reference::anatomy::Anatomy;
+use hbao::reference::anatomy::{Anatomy, Point};
 use hbao::reference::trace::Tracer;
 use hbao::reference::truth::Truth;
 use hbao::settings::{Method, Toggle};
@@ -35,10 +35,12 @@ pub(in crate::report) fn hidden_points(
     for &pixel in pixels {
         let (Some(p), Some(points)) = (twin.position(pixel), twin.points(pixel)) else { continue };
         let p = to_world(&camera, p);
-        for (point, _) in points.iter().filter(|(_, open)| *open) {
+        // Points whose surface the range check fades are left out, and those over background.
+        let counted = |point: &&Point| point.open && point.surface.is_finite() && point.range <= 0.01;
+        for point in points.iter().filter(counted) {
             open += 1;
             // The ray goes from the point to P, but stops short of P, which lies on a surface.
-            let from = to_world(&camera, *point);
+            let from = to_world(&camera, point.position);
             hidden += usize::from(tracer.nearest(from, p - from, 0.0..=0.999).is_some());
         }
     }

@@ -61,7 +61,15 @@ pub(super) fn snapped_directions(lab: &Lab) -> Result<Figure, Error> {
         let settings = Settings { snap, ..base.clone() };
         let twin = Anatomy::new(&inputs, &settings)?;
         let directions: Vec<Vec<(f64, f64)>> = (0..settings.directions)
-            .map(|k| twin.offsets(pixel, k).unwrap_or_default().iter().map(|o| (o.x, o.y)).collect())
+            .filter_map(|k| twin.slice(pixel, k))
+            .map(|slice| {
+                slice
+                    .samples
+                    .iter()
+                    .filter(|sample| sample.found.is_some())
+                    .map(|sample| (sample.taken.x, sample.taken.y))
+                    .collect()
+            })
             .collect();
         let [cos_a, sin_a, _] = hbao::rotation_tile(&settings).at(pixel.0 % 4, pixel.1 % 4).map(f64::from);
         let turn = sin_a.atan2(cos_a);

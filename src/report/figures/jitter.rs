@@ -24,8 +24,8 @@ const SHORTEST_STEP: f64 = 4.0;
 /// The error of an image against the converged method, divided within windows. All parts are root mean squares of
 /// visibility.
 pub(in crate::report) struct Banding {
-    /// How much the means of 4x4 pixels differ from a smooth surface, a polynomial of the second degree over the window.
-    /// A blur of a few pixels leaves this part.
+    /// How much the means of 4x4 pixels differ from a smooth surface, a polynomial of the second degree over the
+    /// window. A blur of a few pixels leaves this part.
     pub(in crate::report) bands: f64,
     /// How much pixels differ from the mean of their 4x4 pixels.
     pub(in crate::report) noise: f64,

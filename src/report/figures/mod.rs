@@ -22,7 +22,7 @@ pub(super) use crysis::open_share;
 pub(super) use crysis_parts::{border, halo, mixing};
 pub(super) use hidden::hidden_points;
 pub(super) use jitter::{Banding, jittered};
-pub(super) use picture::{detail, grey};
+pub(super) use picture::{detail, grey, picture};
 
 /// Makes one figure.
 type Make = fn(&Lab) -> Result<Figure, Error>;

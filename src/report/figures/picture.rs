@@ -9,7 +9,7 @@ use hbao::settings::{KNOBS, Kind, Method};
 use hbao::{Apply, Error, Settings};
 
 /// Renders one picture of an image.
-pub(super) fn picture(
+pub(in crate::report) fn picture(
     lab: &Lab,
     subject: &Subject,
     size: (u32, u32),

@@ -10,7 +10,8 @@ use hbao::measure::table::{Column, Table};
 use hbao::measure::trade::TradeRow;
 
 /// Makes the table of the time and the errors of a sweep. The first column has a star if no other combination is better
-/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. `flip_places` is the number of decimal places of FLIP.
+/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. `flip_places` is
+/// the number of decimal places of FLIP.
 pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
     let columns = [
         Column::left("", 2),
