@@ -21,7 +21,7 @@ fn between<'a>(text: &'a str, from: &'a str, to: &'a str) -> impl Iterator<Item 
     text.split(from).skip(1).filter_map(move |rest| rest.split(to).next())
 }
 
-const FIGURES: [&str; 27] = [
+const FIGURES: [&str; 32] = [
     "6.1.1",
     "6.1.2",
     "6.1.3",
@@ -49,6 +49,11 @@ const FIGURES: [&str; 27] = [
     "talk-1",
     "talk-2",
     "table-6.2.1",
+    "range-check",
+    "ssao-border",
+    "forms",
+    "apply",
+    "jitter",
 ];
 
 /// A report that the command made: its files by their names, and what the command said meanwhile.

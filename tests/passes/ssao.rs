@@ -7,6 +7,8 @@ use crate::rig::{SIZE, everywhere, hold, twin};
 use glam::{DQuat, DVec2, DVec3};
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
+use hbao::reference::anatomy::Anatomy;
+use hbao::reference::visibility;
 use hbao::scene::Projection;
 use hbao::settings::{Jitter, Method, Radius, SsaoDepth, SsaoRotation, Toggle};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
@@ -305,6 +307,41 @@ fn what_is_far_nearer_than_p_leaves_it_half_open() {
             assert!((a - expected).abs() < 1e-5, "{who}, {around} around: {a} is not {expected}");
         }
     }
+}
+
+/// The report shows what the range check is for by the twin without it.
+#[test]
+fn without_the_range_check_what_is_far_nearer_than_p_closes_it() {
+    let settings = Settings { jitter: Jitter::None, ..plain() };
+    let tile = rotation_tile(&settings);
+    for (around, expected) in [(1.0, 0.0), (50.0, 0.0), (200.0, 1.0)] {
+        let view = heights(orthographic(1.0, (401, 5)), (401, 5), |x, _| if x == 200 { 100.0 } else { around });
+        let inputs = view.twin_inputs(&tile);
+        let twin = Anatomy::new(&inputs, &settings).unwrap().without_range_check();
+        assert_eq!(twin.visibilities(&[(200, 2)]), [Some(expected)], "{around} around");
+    }
+}
+
+/// The report compares a picture with a wider one. Where the wider one repeats the depths at the picture's border, both
+/// must be the same, so the offsets must be as long in texels.
+#[test]
+fn a_wider_picture_with_the_borders_depths_and_the_pictures_offsets_is_the_picture() {
+    let (size, margin) = ((40, 24), 4);
+    let settings = plain();
+    let tile = rotation_tile(&settings);
+    let view = rubble(size, orthographic(1.0, size), 5, 30.0..60.0);
+    let (width, height) = (size.0 as usize, size.1 as usize);
+    let inner = |v: usize, size: usize| v.saturating_sub(margin).min(size - 1);
+    let wide = heights(orthographic(1.0, (48, 32)), (48, 32), |x, y| {
+        f64::from(view.depth.at(inner(x, width), inner(y, height)))
+    });
+    let inputs = wide.twin_inputs(&tile);
+    let twin = || Anatomy::new(&inputs, &settings).unwrap();
+    let pixels: Vec<_> = (0..width * height).map(|i| (margin + i % width, margin + i / width)).collect();
+    let expected = visibility(&view.twin_inputs(&tile), &settings).unwrap();
+    let of = |twin: Anatomy| twin.visibilities(&pixels).into_iter().map(|a| a.unwrap_or(1.0)).collect::<Vec<f64>>();
+    assert_eq!(of(twin().with_offsets_of((width, height))), expected.texels);
+    assert_ne!(of(twin()), expected.texels, "the offsets do not follow the size of the picture");
 }
 
 #[test]
