@@ -69,12 +69,13 @@ fn squares_off_smooth(values: &[f64], side: usize) -> f64 {
     let at = |i: usize| i as f64 - (side as f64 - 1.0) / 2.0;
     let mean_square = (0..side).map(|i| at(i).powi(2)).sum::<f64>() / side as f64;
     let square = |v: f64| v * v - mean_square;
-    let terms: [fn(f64, f64, &dyn Fn(f64) -> f64) -> f64; 6] =
-        [|_, _, _| 1.0, |x, _, _| x, |_, y, _| y, |x, y, _| x * y, |x, _, square| square(x), |_, y, square| square(y)];
-    let taken = terms.iter().map(|term| {
-        let of = |i: usize| term(at(i % side), at(i / side), &square);
-        let along: f64 = values.iter().enumerate().map(|(i, value)| value * of(i)).sum();
-        along.powi(2) / (0..side * side).map(|i| of(i).powi(2)).sum::<f64>()
+    let terms = |i: usize| {
+        let (x, y) = (at(i % side), at(i / side));
+        [1.0, x, y, x * y, square(x), square(y)]
+    };
+    let taken = (0..6).map(|term| {
+        let along: f64 = values.iter().enumerate().map(|(i, value)| value * terms(i)[term]).sum();
+        along.powi(2) / (0..side * side).map(|i| terms(i)[term].powi(2)).sum::<f64>()
     });
     (values.iter().map(|value| value * value).sum::<f64>() - taken.sum::<f64>()).max(0.0)
 }
