@@ -20,8 +20,8 @@ const EQUATIONS: [Equation; 13] = [
         name: "6.2.1",
         latex: r"A_1 = 1 - \frac{1}{\pi} \int_\Omega V(\vec\omega)\,(\vec\omega \cdot \vec n)\,d\omega",
         text: "Where the chapter starts from: the share of the hemisphere that is open, weighted by the cosine. V is 1 where a \
-               ray meets something within R. The methods leave the cosine out.",
-        files: &[],
+               ray meets something within R. The methods leave the cosine out; hbao truth --weight cosine does not.",
+        files: &["src/reference/truth.rs"],
     },
     Equation {
         name: "6.2.2",
