@@ -13,8 +13,10 @@ use hbao::{Error, Settings};
 
 pub(super) fn two_forms(lab: &Lab) -> Result<Figure, Error> {
     let subject = lab.church();
-    // The rays of every pixel are traced, so the pictures have a quarter of the report's width and height.
-    let size = (lab.size.0.div_ceil(4), lab.size.1.div_ceil(4));
+    const QUARTER: u32 = 4;
+    // The rays of every pixel are traced, so the pictures have a quarter of the report's width and height. The page
+    // shows them as large as the others.
+    let size = (lab.size.0.div_ceil(QUARTER), lab.size.1.div_ceil(QUARTER));
     let open = |attenuation| Settings { attenuation, ..subject.settings(Method::Hbao) };
     let camera = subject.camera(size)?;
     let (width, height) = (size.0 as usize, size.1 as usize);
@@ -28,7 +30,7 @@ pub(super) fn two_forms(lab: &Lab) -> Result<Figure, Error> {
             caption: format!("{}, rays: {name} (Eq. {equation})", subject.name),
             png: png::encode(&grey(&TruthImage::new(&traced, size).visibility), &metadata(""))?,
             size: (width, height),
-            enlarged: 1,
+            enlarged: QUARTER as usize,
             command: subject.arguments.as_ref().map(|arguments| {
                 format!(
                     "hbao truth {arguments} --size {}x{} --truth-rays {} --attenuation none --weight {name} -o {file}",
