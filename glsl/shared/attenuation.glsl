@@ -13,3 +13,13 @@ float attenuation(float squared)
     return 1.0;
 #endif
 }
+
+// Returns the factor of r^2 for which W is the mean of W over the distances from q r to r.
+float mean_of_squares(float q)
+{
+#if defined(ATTENUATION_QUADRATIC)
+    return (1.0 + q + q * q) / 3.0;
+#else
+    return 0.25 * (1.0 + q) * (1.0 + q);
+#endif
+}

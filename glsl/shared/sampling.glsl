@@ -50,6 +50,34 @@ Direction direction(int k, vec2 step_px, vec3 jitter)
 // be squared.
 vec2 along(Direction d) { return d.stride / max(abs(d.stride.x), abs(d.stride.y)); }
 
+// Where a sample lies in the image, in texels from P.
+struct Place {
+    vec2 taken; // the way to the texel that is read; zero if that is P's own, which is ignored
+    vec2 at;    // where S is assumed to lie
+};
+
+// Returns the place of the sample that is meant to lie at the offset `exact` from P, in texels.
+Place place_at(Surface s, vec2 exact)
+{
+    Place result;
+#ifdef SNAP_STEP
+    vec2 offset = exact; // whole texels already
+#else
+    vec2 offset = floor(exact + 0.5);
+#endif
+    result.taken = clamp(s.p + offset, vec2(0.5), size - 0.5) - s.p;
+#if defined(SNAP_NONE) && defined(CLAMP_POSITION)
+    result.at = result.taken == offset ? exact : result.taken;
+#elif defined(SNAP_NONE)
+    result.at = exact;
+#elif defined(CLAMP_POSITION)
+    result.at = result.taken;
+#else
+    result.at = offset;
+#endif
+    return result;
+}
+
 struct Sample {
     vec3 D;        // S - P
     float squared; // |D|^2
@@ -61,26 +89,10 @@ struct Sample {
 Sample sample_at(Surface s, Direction d, int i)
 {
     Sample result;
-    vec2 exact = d.first + float(i) * d.stride;
-#ifdef SNAP_STEP
-    vec2 offset = exact; // whole texels already
-#else
-    vec2 offset = floor(exact + 0.5);
-#endif
-    vec2 q = clamp(s.p + offset, vec2(0.5), size - 0.5);
-    result.z = depth_at(q);
-    result.taken = q - s.p;
-    // `at` is where S is assumed to lie in the image, in texels from P.
-#if defined(SNAP_NONE) && defined(CLAMP_POSITION)
-    vec2 at = result.taken == offset ? exact : result.taken;
-#elif defined(SNAP_NONE)
-    vec2 at = exact;
-#elif defined(CLAMP_POSITION)
-    vec2 at = result.taken;
-#else
-    vec2 at = offset;
-#endif
-    result.D = from_surface(s, at, result.z);
+    Place place = place_at(s, d.first + float(i) * d.stride);
+    result.taken = place.taken;
+    result.z = depth_at(s.p + place.taken);
+    result.D = from_surface(s, place.at, result.z);
     result.squared = dot(result.D, result.D);
     return result;
 }

@@ -3,6 +3,16 @@
 // Compiled in: BIAS, if the angle bias is above 0.
 uniform vec2 bias; // cosine and sine of the angle bias
 
+// Returns the sine of an elevation that is raised by the angle bias, to at most 90 degrees.
+float raised(float sine, float cosine)
+{
+#ifdef BIAS
+    return sine > bias.x ? 1.0 : sine * bias.x + cosine * bias.y;
+#else
+    return sine;
+#endif
+}
+
 // Returns the sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), with lateral = (du, dv). The
 // elevation is raised by the angle bias, to at most 90 degrees.
 //
@@ -13,10 +23,5 @@ float sine_of_tangent(Surface s, vec2 lateral)
     float rise = dot(s.n.xy, lateral);
     vec3 T = vec3(s.facing * lateral + rise * s.r, rise);
     float inverse = inversesqrt(max(dot(T, T), 1e-36));
-    float sine = -T.z * inverse;
-#ifdef BIAS
-    float cosine = dot(T, T) > 0.0 ? length(T.xy) * inverse : 1.0;
-    sine = sine > bias.x ? 1.0 : sine * bias.x + cosine * bias.y;
-#endif
-    return sine;
+    return raised(-T.z * inverse, dot(T, T) > 0.0 ? length(T.xy) * inverse : 1.0);
 }

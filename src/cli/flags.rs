@@ -22,9 +22,6 @@ const LONGEST_SETTINGS: u64 = 1 << 20;
 /// The message for a file longer than [`LONGEST_SETTINGS`].
 const TOO_LONG: &str = "too long for settings: more than 1 MiB";
 
-/// The name of a method that is not implemented yet. The command knows the name in order to report this.
-const TO_COME: &str = "hbao-view";
-
 /// The help of the flag for an image to write.
 pub(crate) const IMAGE_HELP: &str =
     "The image to write, OUT.png or OUT.exr, which holds floats; - writes a PNG to standard output";
@@ -199,6 +196,17 @@ fn own_defaults(knob: &'static Knob) -> impl Iterator<Item = String> {
         .map(move |&method| format!("{} {}", method.name(), of(method)))
 }
 
+/// Describes the default depth sigma of the blur as a share of R, first that of the default method, then those of
+/// methods that differ from it: `R/4; hbao-view R/16`. `others` is added at the end.
+fn own_sigmas(others: String) -> String {
+    let share = |method: Method| format!("R/{}", 1.0 / method.facts().depth_sigma);
+    let usual = share(Method::default());
+    let methods = Method::ALL.iter().filter(|method| method.facts().blur == MethodBlur::Gaussian);
+    let own = methods.filter(|&&method| share(method) != usual);
+    let own: String = own.map(|&method| format!("; {} {}", method.name(), share(method))).collect();
+    usual + &own + &others
+}
+
 fn knob_argument(knob: &'static Knob) -> Arg {
     let takes = if knob.kind == Kind::Switch { "or =true, =false".into() } else { knob.kind.to_string() };
     let default = knob.text(&Settings::default());
@@ -207,13 +215,12 @@ fn knob_argument(knob: &'static Knob) -> Arg {
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
         ("radius", default) => format!("the scene's own, or {default}"),
         ("blur", default) => format!("{default}; {own_blur} always uses its own 4x4 blur, which 0 turns off"),
-        ("blur-depth-sigma", "") => format!("R/4; for {own_blur} a share of the depth"),
+        ("blur-depth-sigma", "") => own_sigmas(format!("; for {own_blur} a share of the depth")),
         ("ssao-curve", "") => "on; off with --ssao-normals on".into(),
         ("msaa", default) => format!("{default}, if the driver supports it"),
         (_, default) => own_defaults(knob).fold(default.into(), |text: String, own| text + "; " + &own),
     };
-    let to_come = if knob.name == "method" { format!("\n({TO_COME} is not implemented yet)") } else { String::new() };
-    let help = format!("{} [{takes}; default: {default}]{to_come}", knob.help);
+    let help = format!("{} [{takes}; default: {default}]", knob.help);
     let arg = if knob.kind == Kind::Length { signed } else { valued };
     let arg = arg(knob.name, knob.value, help).help_heading("Settings");
     // A switch also accepts a value, so that a flag can turn off a setting that a settings file turns on.
@@ -246,7 +253,8 @@ impl Flags {
             file: matches.get_one::<PathBuf>("settings").map(|path| settings_file(path)).transpose()?,
             knobs: KNOBS.iter().filter_map(given).collect(),
         };
-        flags.settings(Settings::default())?;
+        let method = flags.settings(Settings::default())?.method;
+        flags.settings(Settings::for_method(method))?.validate()?;
         Ok(flags)
     }
 
@@ -275,10 +283,6 @@ impl Flags {
             base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
         }
         for (knob, text) in &self.knobs {
-            if knob.name == "method" && text == TO_COME {
-                let methods = Method::NAMES.join(", ");
-                return Err(Error::Usage(format!("--method {TO_COME} is not built yet: use one of {methods}")));
-            }
             knob.set(&mut base, text).map_err(|e| Error::Usage(format!("--{e}")))?;
         }
         Ok(base)

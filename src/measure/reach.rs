@@ -33,10 +33,11 @@ impl Reach {
         let size = (depth.width as u32, depth.height as u32);
         let scale = settings.ao_scale() as usize;
         let exit = settings.exit_depth(projection, size)?;
-        // The length of a step in x and y: at every depth, or in perspective at the depth 1.
+        // How far the first sample is from P in x and y: at every depth, or in perspective at the depth 1.
         let step = match settings.exit_read() {
             Some(_) => {
-                settings.radius_in_texels(projection, size)?.map(|radius| radius / f64::from(settings.steps + 1))
+                let first = (1.0 / f64::from(settings.steps + 1)).powf(settings.spacing_read());
+                settings.radius_in_texels(projection, size)?.map(|radius| radius * first)
             }
             None => [0.0; 2],
         };

@@ -144,6 +144,9 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         let each_step = each_step(settings);
         defines = defines.value("N_S", settings.steps).value("EACH_STEP(step)", each_step);
     }
+    if let Some(spaced) = spaced(settings.spacing_read()) {
+        defines = defines.value("SPACED(x)", spaced);
+    }
     if reads("rays") {
         defines = defines.value("N_R", settings.rays);
     }
@@ -159,6 +162,8 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         ("clamp", "CLAMP", settings.clamp.name()),
         ("exit", "EXIT", settings.exit.name()),
         ("grounding", "GROUNDING", settings.grounding.name()),
+        ("zenith", "ZENITH", settings.zenith.name()),
+        ("quadrature", "QUADRATURE", settings.quadrature.name()),
         ("jitter", "JITTER", settings.jitter.name()),
         ("ssao-rotation", "ROTATION", settings.ssao_rotation.name()),
     ] {
@@ -181,6 +186,20 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         }
     }
     defines
+}
+
+/// Returns x to this power, from 1 on, as a GLSL expression; `None` for x itself. Products and roots take less time than
+/// a power, and are more precise.
+fn spaced(power: f64) -> Option<String> {
+    if power == 1.0 {
+        None
+    } else if power == 1.5 {
+        Some("((x) * sqrt(x))".into())
+    } else if power == 2.0 {
+        Some("((x) * (x))".into())
+    } else {
+        Some(format!("pow(x, {:?})", power as f32))
+    }
 }
 
 /// Returns whether the method's samples read the half-size depth image instead of the depth image itself.

@@ -1,6 +1,6 @@
 //! The float64 twin of `glsl/hbao.frag`: horizon-based ambient occlusion, ShaderX7 6.2, Eq. 6.2.9.
 
-use super::horizons::horizons;
+use super::horizons::{grounded, horizons};
 use super::observer::{HorizonSample, Observer};
 use super::sampling::{MethodScene, Pixel, Sample, Shift};
 use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
@@ -51,8 +51,9 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
 
 /// Returns the sum of Eq. 6.2.9 in direction k with a sample at every texel.
 fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut dyn Observer) -> f64 {
+    let rise = |sample: &Sample, r: f64| grounded(scene, pixel, sample, r);
     let mut previous = 0.0;
-    let increments = horizons(scene, pixel, k, shift).map(|(rise, r)| {
+    let increments = horizons(scene, pixel, k, shift, rise).map(|(rise, r)| {
         let increment = scene.attenuation(r) * (rise - previous);
         previous = rise;
         increment

@@ -1,9 +1,9 @@
 //! The float64 twin of `glsl/hbao_talk.frag`: horizon-based ambient occlusion as the SIGGRAPH 2008 talk has it, Eq. 3.
 //! Each direction has one horizon and one attenuation, which is that of the sample at the horizon.
 
-use super::horizons::horizons;
+use super::horizons::{grounded, horizons};
 use super::observer::{HorizonSample, Observer};
-use super::sampling::{MethodScene, Pixel, Shift};
+use super::sampling::{MethodScene, Pixel, Sample, Shift};
 use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
 
 pub(super) const TWIN: Twin = Twin {
@@ -44,5 +44,6 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
 /// Returns the same in direction k with a sample at every texel. The whole rise has the attenuation of the sample at
 /// the horizon.
 fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut dyn Observer) -> f64 {
-    horizons(scene, pixel, k, shift).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
+    let rise = |sample: &Sample, r: f64| grounded(scene, pixel, sample, r);
+    horizons(scene, pixel, k, shift, rise).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
 }

@@ -10,6 +10,7 @@ pub mod edges;
 pub mod gbuffer;
 mod hbao;
 mod hbao_talk;
+mod hbao_view;
 mod horizons;
 mod inputs;
 mod microsphere;

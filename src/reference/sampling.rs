@@ -5,7 +5,7 @@
 //! Names follow the chapter, which uses the capitals R, P, D, T and W.
 #![allow(non_snake_case)]
 
-use super::attenuation::weight;
+use super::attenuation::{mean_weight, weight};
 use super::inputs::TwinInputs;
 use crate::Error;
 use crate::image::Image;
@@ -91,8 +91,6 @@ pub(super) struct Direction {
     pub(super) stride: DVec2,
     /// The jitter's offset in texels, rounded; it is used if `snap` is `step`.
     first: DVec2,
-    /// The jitter's offset as a fraction of a step.
-    b: f64,
 }
 
 /// The inputs and settings of a method.
@@ -122,8 +120,8 @@ impl<'a> MethodScene<'a> {
     /// Prepares the inputs for the method of the settings.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the radius is in percent, if depth and normals have different sizes, or if the tile is not
-    /// 4x4.
+    /// [`Error::Usage`] if the radius is in percent, if depth and normals have different sizes, if the tile is not 4x4,
+    /// or if the settings exclude each other.
     pub(super) fn new<F: Copy + Into<f64>>(
         inputs: &TwinInputs<'a, F>,
         settings: &'a Settings,
@@ -134,6 +132,7 @@ impl<'a> MethodScene<'a> {
                 "depth and normals must have the same size, and the rotation tile must have 4x4 texels".into(),
             ));
         }
+        settings.check_steps()?;
         let radius = settings.radius_read()?;
         let scale = settings.ao_scale() as usize;
         Ok(MethodScene {
@@ -197,7 +196,7 @@ impl<'a> MethodScene<'a> {
         let exact_stride = pixel.step_px * self.turned(pixel, k);
         let snapped = self.settings.snap == Snap::Step;
         let stride = if snapped { shift.round(exact_stride) } else { exact_stride };
-        Direction { exact_stride, stride, first: shift.round(b * exact_stride), b }
+        Direction { exact_stride, stride, first: shift.round(b * exact_stride) }
     }
 
     /// Returns the unit vector at the angle 2 pi k / N_d, turned by the tile's angle a.
@@ -207,10 +206,29 @@ impl<'a> MethodScene<'a> {
         DVec2::new(cos_a, sin_a).rotate(DVec2::from_angle(theta))
     }
 
+    /// Returns how far from P sample i = 1..N_s is meant to lie, in steps: at ((b + i)/(N + 1))^spacing of R, but at
+    /// least a texel away on either axis. Samples that are evenly spaced are never nearer.
+    fn walk(&self, pixel: &Pixel, i: u32) -> f64 {
+        let even = pixel.jitter[2] + f64::from(i);
+        let all = f64::from(pixel.steps + 1);
+        match self.settings.spacing_read() {
+            1.0 => even,
+            spacing => (all * (even / all).powf(spacing)).max(1.0 / pixel.step_px.min_element()),
+        }
+    }
+
+    /// Returns the mean of W over the distances from the sample before sample i to sample i, which is at the distance
+    /// r: from q r to r, with q = ((b + i - 1)/(b + i))^spacing, and from 0 to r for the first.
+    pub(super) fn mean_attenuation(&self, pixel: &Pixel, i: u32, r: f64) -> f64 {
+        let even = pixel.jitter[2] + f64::from(i);
+        let q = if i > 1 { ((even - 1.0) / even).powf(self.settings.spacing_read()) } else { 0.0 };
+        mean_weight(self.settings.attenuation, q, r, self.radius)
+    }
+
     /// Returns where sample i = 1..N_s of a direction lies in the image.
     pub(super) fn place(&self, pixel: &Pixel, direction: &Direction, i: u32, shift: Shift) -> Place {
         let s = self.settings;
-        let meant = (direction.b + f64::from(i)) * direction.exact_stride;
+        let meant = self.walk(pixel, i) * direction.exact_stride;
         let offset = match s.snap {
             Snap::Step => direction.first + f64::from(i) * direction.stride,
             Snap::Sample | Snap::None => shift.round(meant),
@@ -253,8 +271,13 @@ impl<'a> MethodScene<'a> {
     /// to an offset in texels. The elevation is raised by the angle bias, to at most 90 degrees.
     pub(super) fn sine_of_tangent(&self, pixel: &Pixel, offset: DVec2) -> f64 {
         let T = self.tangent(pixel, offset);
-        let t = (-T.z).atan2(T.truncate().length());
-        (t + self.settings.bias).min(FRAC_PI_2).sin()
+        self.raised(-T.z, T.truncate().length())
+    }
+
+    /// Returns the sine of an elevation that is raised by the angle bias, to at most 90 degrees. The elevation is that
+    /// of a vector which goes up by `sine` where it goes ahead by `cosine`.
+    pub(super) fn raised(&self, sine: f64, cosine: f64) -> f64 {
+        (sine.atan2(cosine) + self.settings.bias).min(FRAC_PI_2).sin()
     }
 
     /// Returns the tangent T of Eq. 6.2.11 for an offset in texels. Its length has no meaning.

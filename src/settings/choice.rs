@@ -95,6 +95,31 @@ choice! {
 }
 
 choice! {
+    /// The axis from which `hbao-view` measures elevations.
+    Zenith {
+        /// The view ray through P, about which each direction of the image is one azimuth.
+        #[default]
+        View = "view",
+        /// The Z axis of eye space, as in the chapter.
+        Axis = "axis",
+    }
+}
+
+choice! {
+    /// The attenuation of `hbao-view` over a rise of the horizon.
+    Quadrature {
+        /// W at the sample that the horizon rises to, as in the chapter.
+        End = "end",
+        /// The mean of W at that sample and of W at the last sample that the horizon rose to, which is 1 at first.
+        Mean = "mean",
+        /// The mean of W from the place of the sample before to that of the sample. The more steps there are, the less
+        /// it differs from W at the sample.
+        #[default]
+        Interval = "interval",
+    }
+}
+
+choice! {
     /// Where the G-buffer's normals come from.
     Normals {
         /// They are the normals of the triangles, from screen derivatives of the eye-space position.

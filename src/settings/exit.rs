@@ -1,6 +1,6 @@
 //! Tells from which depth on a method exits early.
 
-use super::{Exit, Settings};
+use super::{Exit, Method, Settings};
 use crate::Error;
 use crate::projection::Projection;
 
@@ -34,6 +34,13 @@ impl Settings {
     /// Returns how the method exits early; `None` if it never does.
     pub(crate) fn exit_read(&self) -> Option<Exit> {
         self.method.reads("exit").then_some(self.exit)
+    }
+
+    /// Returns the early exit for another method with which these settings are compared: the settings' own, if it is not
+    /// the default of their method, and otherwise the default of the other method.
+    pub(crate) fn exit_for(&self, method: Method) -> Exit {
+        let default = |method| Settings::for_method(method).exit;
+        if self.exit == default(self.method) { default(method) } else { self.exit }
     }
 
     /// Returns how many texels of ambient occlusion R covers in x and in y, in a picture of `size` (width, height)

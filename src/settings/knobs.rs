@@ -3,7 +3,7 @@
 
 use super::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, Method, NormalFormat,
-    Normals, Radius, Settings, Snap, SsaoDepth, SsaoRotation, Toggle,
+    Normals, Quadrature, Radius, Settings, Snap, SsaoDepth, SsaoRotation, Toggle, Zenith,
 };
 use crate::Error;
 use std::fmt;
@@ -18,6 +18,8 @@ pub enum Kind {
     OddOrZero(u32, u32),
     /// An angle in degrees, from the first number to the second.
     Degrees(f64, f64),
+    /// A number, whole or not, from the first number to the second.
+    Number(f64, f64),
     /// A finite number above 0.
     Positive,
     /// A finite length above 0 in scene units, or a finite percentage above 0, such as `5%`.
@@ -37,6 +39,7 @@ impl fmt::Display for Kind {
             Kind::Count(min, max) => write!(f, "{min} to {max}"),
             Kind::OddOrZero(min, max) => write!(f, "0, or odd from {min} to {max}"),
             Kind::Degrees(min, max) => write!(f, "{min} to {max} degrees"),
+            Kind::Number(min, max) => write!(f, "{min} to {max}"),
             Kind::Positive | Kind::Length => write!(f, "above 0"),
             Kind::OneOf(values) => write!(f, "{}", values.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
             Kind::Switch => write!(f, "true, false"),
@@ -150,6 +153,11 @@ fn degrees(text: &str, min: f64, max: f64) -> Result<f64, String> {
         .ok_or_else(|| format!("'{}' is not an angle from {min} to {max} degrees", Error::shown(text)))
 }
 
+fn number(text: &str, min: f64, max: f64) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|x| (min..=max).contains(x));
+    value.ok_or_else(|| format!("'{}' is not a number from {min} to {max}", Error::shown(text)))
+}
+
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
     value.ok_or_else(|| format!("'{}' is not a finite number above 0", Error::shown(text)))
@@ -211,6 +219,7 @@ macro_rules! knobs {
     (@get PositiveOrUnset $field:expr) => { $field.map_or(Value::Text(String::new()), Value::Number) };
     (@get Switch $field:expr) => { Value::Switch($field) };
     (@get Positive $field:expr) => { Value::Number($field) };
+    (@get Number $field:expr) => { Value::Number($field) };
     (@get $kind:ident $field:expr) => { Value::Count($field) };
     (@put Word $text:ident; $choice:ident) => { $choice::parse($text) };
     (@put WordOrUnset $text:ident; $choice:ident) => { $choice::parse($text).map(Some) };
@@ -219,6 +228,7 @@ macro_rules! knobs {
     (@put OneOf $text:ident; $($argument:expr),+) => { one_of($text, $($argument),+) };
     (@put Switch $text:ident;) => { switch($text) };
     (@put Degrees $text:ident; $($argument:expr),+) => { degrees($text, $($argument),+) };
+    (@put Number $text:ident; $($argument:expr),+) => { number($text, $($argument),+) };
     (@put Positive $text:ident;) => { positive($text) };
     (@put PositiveOrUnset $text:ident;) => { positive($text).map(Some) };
     (@put Length $text:ident;) => { length($text) };
@@ -249,6 +259,14 @@ knobs! {
     "grounding" "TANGENT" grounding Word: Grounding =
         "The tangent from which a sample's elevation is measured: sample takes the one towards the sample itself \
          (Eq. 6.2.9), direction the one in the sample's direction (Eq. 6.2.8)";
+    "zenith" "ZENITH" zenith Word: Zenith =
+        "hbao-view: the axis from which elevations are measured: view takes the view ray, axis the camera's axis";
+    "spacing" "P" spacing Number(1.0, 4.0) =
+        "hbao-view: sample i of N lies at the power P of (b + i)/(N + 1) of R: with 1 samples are evenly spaced, with \
+         more they lie nearer to the pixel";
+    "quadrature" "RULE" quadrature Word: Quadrature =
+        "hbao-view: W over a rise of the horizon: end takes W at the sample that rises, mean the mean of it and of W at \
+         the sample that rose before, interval the mean of W between the sample and the one before";
     "normals" "NORMALS" normals Word: Normals =
         "The source of normals: derivative takes screen derivatives of the position, vertex interpolates the \
          vertices' normals";

@@ -5,7 +5,7 @@
 //! A new method needs its shader in `glsl/`, its float64 twin in `src/reference/`, and a row here.
 
 use super::choice::choice;
-use super::{Attenuation, Settings, Snap};
+use super::{Attenuation, Exit, Settings, Snap};
 
 /// What distinguishes a method from the others, apart from its equation.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,9 @@ pub struct MethodFacts {
     pub reads_near: bool,
     /// The blur that follows the method.
     pub blur: MethodBlur,
+    /// The depth sigma of the blur, if the settings give none, as a share of the distance within which the method looks
+    /// for occluders ([`Settings::depth_sigma`]).
+    pub depth_sigma: f64,
     /// What the texels of the method's rotation tile hold.
     pub tile: TileKind,
     /// The names of the files in `glsl/` that make up the method's fragment shader, in order, the method's own file
@@ -68,6 +71,7 @@ pub struct Marker {
 const SQUARE: &[(i32, i32)] = &[(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)];
 const TRIANGLE: &[(i32, i32)] = &[(0, -6), (5, 4), (-5, 4), (0, -6)];
 const DIAMOND: &[(i32, i32)] = &[(0, -6), (6, 0), (0, 6), (-6, 0), (0, -6)];
+const HEXAGON: &[(i32, i32)] = &[(-3, -5), (3, -5), (6, 0), (3, 5), (-3, 5), (-6, 0), (-3, -5)];
 const CROSS: &[(i32, i32)] = &[(-5, -5), (5, 5), (0, 0), (-5, 5), (5, -5)];
 
 const fn filled(outline: &'static [(i32, i32)]) -> Marker {
@@ -87,6 +91,7 @@ const ALONG_DIRECTIONS: MethodFacts = MethodFacts {
     defaults: |settings| settings,
     reads_near: false,
     blur: MethodBlur::Gaussian,
+    depth_sigma: 1.0 / 4.0,
     tile: TileKind::Rotations,
     shader: &[],
     marker: hollow(CROSS),
@@ -137,6 +142,23 @@ macro_rules! methods {
                         ..settings
                     },
                     marker: hollow(SQUARE),
+                    ..ALONG_DIRECTIONS
+                }
+            }
+            /// Beyond the papers: Eq. 6.2.9 about the view ray in place of the Z axis, with samples that are denser near P.
+            HbaoView = "hbao-view" {
+                twin: [hbao_view],
+                shader: ["shared/attenuation.glsl", "shared/sampling.glsl", "shared/tangent.glsl", "hbao_view.frag"],
+                define: [],
+                facts: {
+                    reads: &[
+                        "radius", "directions", "steps", "bias", "strength", "attenuation", "snap", "clamp", "exit",
+                        "zenith", "spacing", "quadrature",
+                        "jitter", "blur", "blur-kernel", "blur-depth-sigma", "edges", "half-res",
+                    ],
+                    defaults: |settings| Settings { exit: Exit::Shorten, snap: Snap::Sample, ..settings },
+                    depth_sigma: 1.0 / 16.0,
+                    marker: filled(HEXAGON),
                     ..ALONG_DIRECTIONS
                 }
             }

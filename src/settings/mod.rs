@@ -15,8 +15,8 @@ pub(crate) mod method;
 mod samples;
 
 pub use choice::{
-    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, NormalFormat, Normals, Snap,
-    SsaoDepth, SsaoRotation, Toggle,
+    AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, NormalFormat, Normals,
+    Quadrature, Snap, SsaoDepth, SsaoRotation, Toggle, Zenith,
 };
 pub use idle::Idle;
 pub use knobs::{KNOBS, Kind, Knob};
@@ -76,7 +76,8 @@ pub struct Settings {
     pub strength: f64,
     /// The attenuation W(r), the weight of an occluder at the distance r.
     pub attenuation: Attenuation,
-    /// How sample positions are rounded to texel centres.
+    /// How sample positions are rounded to texel centres. [`Snap::Step`] needs samples that are evenly spaced, and goes
+    /// with a [`Settings::spacing`] of 1 only.
     pub snap: Snap,
     /// Where a sample beyond the image's border is assumed to lie.
     pub clamp: Clamp,
@@ -84,6 +85,13 @@ pub struct Settings {
     pub exit: Exit,
     /// The tangent from which the elevations of samples are measured.
     pub grounding: Grounding,
+    /// The axis from which `hbao-view` measures elevations.
+    pub zenith: Zenith,
+    /// The power by which `hbao-view` spaces its samples: 1 to 4. With 1 they are evenly spaced. The higher it is, the
+    /// nearer to P they lie.
+    pub spacing: f64,
+    /// The attenuation of `hbao-view` over a rise of the horizon.
+    pub quadrature: Quadrature,
     /// Where the G-buffer's normals come from.
     pub normals: Normals,
     /// Whether directions and steps differ from pixel to pixel.
@@ -92,8 +100,8 @@ pub struct Settings {
     pub blur: u32,
     /// Whether the blur runs in two passes or in one.
     pub blur_kernel: BlurKernel,
-    /// The depth sigma s_z of the blur in scene units. If it is `None`, [`Settings::depth_sigma`] derives it: R/4, or
-    /// for `ssao` a share of the depth.
+    /// The depth sigma s_z of the blur in scene units. If it is `None`, [`Settings::depth_sigma`] derives it: the
+    /// method's share of R ([`MethodFacts::depth_sigma`]), or for `ssao` a share of the depth.
     pub blur_depth_sigma: Option<f64>,
     /// The number of depth samples per pixel: 1, 2, 4 or 8. The driver may provide fewer.
     pub msaa: u32,
@@ -137,6 +145,9 @@ impl Default for Settings {
             clamp: Clamp::default(),
             exit: Exit::default(),
             grounding: Grounding::default(),
+            zenith: Zenith::default(),
+            spacing: 1.5,
+            quadrature: Quadrature::default(),
             normals: Normals::default(),
             jitter: Jitter::default(),
             blur: 9,
@@ -202,19 +213,23 @@ impl Settings {
         if self.half_res && self.method.reads("half-res") { 2 } else { 1 }
     }
 
-    /// Returns the depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is a
-    /// quarter of the distance within which the method looks for occluders: R/4, or for `ssao` a quarter of 2 P.z l_n,
-    /// the offset in depth of its farthest sample.
+    /// Returns the depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is the
+    /// method's share ([`MethodFacts::depth_sigma`]) of the distance within which the method looks for occluders: of R,
+    /// or for `ssao` of 2 P.z l_n, the offset in depth of its farthest sample.
     ///
     /// # Errors
     /// [`Error::Usage`] if the sigma follows from a radius in percent.
     pub fn depth_sigma(&self) -> Result<DepthSigma, Error> {
-        match (self.blur_depth_sigma, self.method.facts().blur) {
+        let facts = self.method.facts();
+        match (self.blur_depth_sigma, facts.blur) {
             (Some(sigma), _) => Ok(DepthSigma::Units(sigma)),
             (None, MethodBlur::Crysis) => {
-                Ok(DepthSigma::OfDepth(2.0 * ssao_length(self.ssao_samples, self.ssao_samples) / 4.0))
+                let farthest = 2.0 * ssao_length(self.ssao_samples, self.ssao_samples);
+                Ok(DepthSigma::OfDepth(farthest * facts.depth_sigma))
             }
-            (None, MethodBlur::Gaussian | MethodBlur::None) => Ok(DepthSigma::Units(self.radius_units()? / 4.0)),
+            (None, MethodBlur::Gaussian | MethodBlur::None) => {
+                Ok(DepthSigma::Units(self.radius_units()? * facts.depth_sigma))
+            }
         }
     }
 
@@ -229,13 +244,36 @@ impl Settings {
         })
     }
 
-    /// Checks that every field is in its range.
+    /// Returns the power by which the method spaces its samples; 1 for a method that reads no spacing, whose samples are
+    /// evenly spaced.
+    pub(crate) fn spacing_read(&self) -> f64 {
+        if self.method.reads("spacing") { self.spacing } else { 1.0 }
+    }
+
+    /// Checks that every field is in its range, and that the fields go together.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range.
+    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range. The same
+    /// error for two settings that exclude each other; see [`Settings::snap`].
     pub fn validate(&self) -> Result<(), Error> {
         let mut copy = self.clone();
-        KNOBS.iter().filter(|knob| !knob.is_unset(self)).try_for_each(|knob| knob.set(&mut copy, &knob.text(self)))
+        KNOBS.iter().filter(|knob| !knob.is_unset(self)).try_for_each(|knob| knob.set(&mut copy, &knob.text(self)))?;
+        self.check_steps()
+    }
+
+    /// Checks that the method's samples are evenly spaced if all steps are rounded at once.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if they are not.
+    pub(crate) fn check_steps(&self) -> Result<(), Error> {
+        if self.snap == Snap::Step && self.spacing_read() != 1.0 {
+            return Err(Error::Usage(format!(
+                "snap step rounds one step for all samples, but with spacing {} no two steps are alike: give --snap sample, \
+                 or --spacing 1",
+                self.spacing
+            )));
+        }
+        Ok(())
     }
 }
 

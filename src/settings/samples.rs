@@ -49,6 +49,7 @@ mod tests {
         for (method, samples) in [
             (Method::Hbao, 15),
             (Method::HbaoTalk, 15),
+            (Method::HbaoView, 15),
             (Method::RayMarch, 105),
             (Method::Microsphere, 15),
             (Method::Crease, 15),

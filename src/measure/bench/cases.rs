@@ -89,7 +89,9 @@ impl Case {
 fn of(base: &Settings, method: Method) -> Settings {
     let Settings { directions, steps, rays, attenuation, snap, ssao_samples, ssao_rotation, ssao_depth, .. } =
         Settings::for_method(method);
-    let own = Settings { method, directions, steps, rays, attenuation, snap, msaa: 1, half_res: false, ..base.clone() };
+    let exit = base.exit_for(method);
+    let own =
+        Settings { method, exit, directions, steps, rays, attenuation, snap, msaa: 1, half_res: false, ..base.clone() };
     Settings { ssao_samples, ssao_rotation, ssao_depth, blur: TABLE_BLUR, ..own }
 }
 
@@ -173,7 +175,7 @@ mod tests {
             let other = match knob.kind {
                 Kind::Count(min, _) => min.to_string(),
                 Kind::OddOrZero(_, max) => max.to_string(),
-                Kind::Degrees(..) | Kind::Positive | Kind::Length => "2.5".into(),
+                Kind::Degrees(..) | Kind::Number(..) | Kind::Positive | Kind::Length => "2.5".into(),
                 Kind::OneOf(values) => values[values.len() - 1].to_string(),
                 Kind::Switch => "true".into(),
                 Kind::Word(words) => words.iter().find(|word| **word != knob.text(&base)).unwrap().to_string(),

@@ -3,7 +3,7 @@
 use super::super::observer::{HorizonSample, Observer};
 use glam::{DVec2, DVec3};
 
-/// One direction around a pixel, as a horizon method (`hbao`, `hbao-talk`) walks along it. Angles are given by their
+/// One direction around a pixel, as a horizon method (`hbao`, `hbao-talk`, `hbao-view`) walks along it. Angles are given by their
 /// sines, as the methods compute them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slice {
@@ -42,7 +42,7 @@ pub enum Fate {
     Background,
     /// It lies further than R from P, and is ignored.
     BeyondRadius,
-    /// It is not higher than the horizon so far, and is ignored.
+    /// It is not higher than the horizon so far, or with `hbao-view` it was snapped behind P, and is ignored.
     BelowHorizon,
     /// It raises the horizon.
     Raises,
@@ -73,10 +73,11 @@ pub struct SampleAnatomy {
 pub struct Found {
     /// S - P in eye space, in scene units.
     pub D: DVec3,
-    /// The sine of the elevation phi of the sample, -D.z / |D|.
+    /// The sine of the elevation phi of the sample: -D.z / |D|, or with `hbao-view` that over the plane perpendicular to
+    /// the view ray.
     pub sin_phi: f64,
     /// The sine of the tangent that the sample is measured from: t_i towards the sample in `hbao` with `grounding =
-    /// sample`, and t(theta) otherwise.
+    /// sample` and in `hbao-view` with `zenith = axis`, and t(theta) otherwise.
     pub sin_t: f64,
     /// The sine of the horizon before the sample: the running maximum.
     pub sin_before: f64,

@@ -1,0 +1,122 @@
+//! The float64 twin of `glsl/hbao_view.frag`: horizon-based ambient occlusion about the view ray, ShaderX7 6.2, Eq.
+//! 6.2.9, with v, the direction from P to the eye, in place of the Z axis.
+#![allow(non_snake_case)]
+
+use super::horizons::{grounded, horizons};
+use super::observer::{HorizonSample, Observer};
+use super::sampling::{MethodScene, Pixel, Sample, Shift};
+use super::twin::{Converged, Twin, directions, no_curve, strength_by_direction};
+use crate::settings::{Quadrature, Zenith};
+use glam::{DVec2, DVec3};
+
+pub(super) const TWIN: Twin = Twin {
+    occlusion,
+    count: directions,
+    scale: strength_by_direction,
+    curve: no_curve,
+    converged: Some(Converged { occlusion: converged, ignores_repeats: true }),
+};
+
+/// The plane that is spanned by v and a, the unit azimuth of a direction of the image.
+struct Slice {
+    /// The sine and cosine of t(theta), the elevation over a of the surface's tangent in this plane.
+    sine: f64,
+    cosine: f64,
+    /// D.up and D.ahead are how far a sample lies above P towards the eye, and how far beside it in the slice.
+    up: DVec3,
+    ahead: DVec3,
+}
+
+/// Returns the slice in the direction e of the image, a unit vector in eye space.
+///
+/// X = D.n' is how high S lies above the surface, C = D.T how far along it, and turned by t these are D.up and D.ahead.
+/// That is up = v and ahead = a, but for a sample that snapping has moved beside the slice: up and ahead take it back
+/// into the slice along the tangent plane. So the elevation of a sample on the tangent plane is t, whatever its azimuth.
+fn slice(pixel: &Pixel, e: DVec2) -> Slice {
+    let r = pixel.r.normalize();
+    let n = pixel.n.normalize_or_zero();
+    // b is the slice's unit normal.
+    let b = r.cross(e.extend(0.0)).normalize();
+    let (v, a) = (-r, b.cross(r));
+    // n.v can be 0 if the surface is seen edge-on. n is what it would be then.
+    let (nv, na) = (n.dot(v).max(1e-6), n.dot(a));
+    let n = nv * v + na * a + n.dot(b) * b;
+    let m = nv.hypot(na);
+    let (sine, cosine) = (-na / m, nv / m);
+    let (n, T) = (n / m, (nv * a - na * v) / m);
+    Slice { sine, cosine, up: cosine * n + sine * T, ahead: cosine * T - sine * n }
+}
+
+/// Returns the sum of Eq. 6.2.9 in direction k.
+fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer: &mut dyn Observer) -> f64 {
+    let direction = scene.direction(pixel, k, shift);
+    // A step is as long on either axis as the texels are many, so that in eye space it has the direction itself.
+    let slice = slice(pixel, scene.turned(pixel, k));
+    let zenith = scene.settings.zenith;
+    let start = match zenith {
+        Zenith::View => scene.raised(slice.sine, slice.cosine),
+        Zenith::Axis => scene.sine_of_tangent(pixel, direction.stride),
+    };
+    observer.starts(start);
+    let ground = |sample: &Sample| match zenith {
+        Zenith::View => start,
+        Zenith::Axis => scene.sine_of_tangent(pixel, sample.taken),
+    };
+    let mut horizon = start;
+    let mut previous = 0.0;
+    let mut last_weight = 1.0;
+    let mut occlusion = 0.0;
+    for i in 1..=pixel.steps {
+        let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
+        let (up, r, seen) = match zenith {
+            Zenith::View => {
+                let (up, ahead) = (sample.D.dot(slice.up), sample.D.dot(slice.ahead));
+                let r = up.hypot(ahead);
+                // What snapping has moved behind P in the slice belongs to the opposite direction.
+                (up, r, ahead > shift.comparison * r)
+            }
+            Zenith::Axis => (-sample.D.z, sample.D.length(), true),
+        };
+        let sine = up / r;
+        let within = r <= scene.reach * (1.0 + shift.comparison);
+        let raises = seen && within && sine > horizon + shift.comparison;
+        let told = HorizonSample { sample: &sample, sine, horizon, ground: &|| ground(&sample), within, raises };
+        observer.sample(i, &told);
+        if !raises {
+            continue;
+        }
+        let rise = sine - ground(&sample);
+        let end = scene.attenuation(r);
+        let weight = match scene.settings.quadrature {
+            Quadrature::End => end,
+            Quadrature::Mean => (end + last_weight) / 2.0,
+            Quadrature::Interval => scene.mean_attenuation(pixel, i, r),
+        };
+        let added = weight * (rise - previous);
+        observer.adds(i, added);
+        occlusion += added;
+        previous = rise;
+        last_weight = end;
+        horizon = sine;
+    }
+    occlusion
+}
+
+/// Returns the sum of Eq. 6.2.9 in direction k with a sample at every texel, where all quadratures are the same. Each
+/// sample is measured in the slice of its own azimuth, which it lies in.
+fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut dyn Observer) -> f64 {
+    let rise = |sample: &Sample, r: f64| match scene.settings.zenith {
+        Zenith::View => {
+            let slice = slice(pixel, (sample.taken * scene.pixel_extent()).normalize());
+            sample.D.dot(slice.up) / r - scene.raised(slice.sine, slice.cosine)
+        }
+        Zenith::Axis => grounded(scene, pixel, sample, r),
+    };
+    let mut previous = 0.0;
+    let increments = horizons(scene, pixel, k, shift, rise).map(|(rise, r)| {
+        let increment = scene.attenuation(r) * (rise - previous);
+        previous = rise;
+        increment
+    });
+    increments.sum()
+}
