@@ -303,6 +303,12 @@ fn hbao_of_the_talk_is_finite_in_range_and_its_twins_at_the_extremes() {
 }
 
 #[test]
+fn hbao_about_the_view_ray_is_finite_in_range_and_its_twins_at_the_extremes() {
+    let draws = Draws { methods: vec![Method::HbaoView], sets: 9, share: 0.16, only: None, most: FEW };
+    hold_drawn("tests/stability/hbao-view.seeds", draws);
+}
+
+#[test]
 fn marched_rays_are_finite_in_range_and_their_twins_at_the_extremes() {
     // Any of hundreds of samples may be about to round to another texel, and one hit changes A by 1/32.
     let most = Most { ambiguous: 0.02, over: 0.05, ..FEW };
@@ -313,7 +319,7 @@ fn marched_rays_are_finite_in_range_and_their_twins_at_the_extremes() {
 #[test]
 fn micro_spheres_and_creases_are_finite_in_range_and_their_twins_at_the_extremes() {
     // This test also draws every method that no other test here draws.
-    let drawn = [Method::Hbao, Method::HbaoTalk, Method::RayMarch, Method::Ssao];
+    let drawn = [Method::Hbao, Method::HbaoTalk, Method::HbaoView, Method::RayMarch, Method::Ssao];
     let methods = rig::methods().filter(|method| !drawn.contains(method)).collect();
     let draws = Draws { methods, sets: 7, share: 0.13, only: None, most: FEW };
     hold_drawn("tests/stability/microsphere.seeds", draws);

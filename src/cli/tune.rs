@@ -25,9 +25,9 @@ the same --truth-rays. The RMSE covers the pixels whose depth in depth.exr is fi
 ambient occlusion and its blur, as in 'hbao trade'.
 
 The search varies method, directions, steps, rays, half-res, blur, blur-kernel, edges, jitter and the formats, and for
-ssao also its samples, depth, normals and curve. If a flag or a line of --settings sets one of them, the search does not
-vary it. The radius, attenuation, strength, bias and msaa are never varied, and all other settings keep each method's
-default unless they are set. An RMSE over all pixels hardly reflects the pattern of 4x4 pixels that the jitter leaves,
+ssao also its samples, depth, normals and curve. The strength of a combination near the goal becomes the one that fits
+its image best. If a flag or a line of --settings sets one of them, the search does not vary it. The radius,
+attenuation, bias and msaa are never varied, and all other settings keep each method's default unless they are set. An RMSE over all pixels hardly reflects the pattern of 4x4 pixels that the jitter leaves,
 or banding. It hardly reflects jagged edges either, because few pixels are edges. Give --jitter tile --blur 9 --edges
 supersample to keep the settings that prevent these artefacts.
 
@@ -163,7 +163,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             "view": {
                 "covered": requirements.covered.texels.iter().filter(|&&covered| covered).count(),
                 "samples": requirements.samples,
-                "edge_pixels": requirements.edge_pixels[0],
+                "edge_pixels": requirements.edges_of(base.method),
                 "radius_px": [requirements.radius_px.0, requirements.radius_px.1],
             },
             "rows": tuned.tried.iter().map(|tried| listing::json(tried, &requirements)).collect::<Vec<_>>(),

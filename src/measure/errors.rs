@@ -97,7 +97,8 @@ impl Comparison {
     }
 }
 
-fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), Error> {
+/// Checks that two images, given by their sizes, can be compared.
+pub(super) fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), Error> {
     if a == b {
         Ok(())
     } else {

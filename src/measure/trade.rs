@@ -4,9 +4,9 @@
 
 use super::errors::{Comparison, Errors};
 use super::gbuffers::GBuffers;
-use super::interleaved::interleaved;
+use super::interleaved::{Timed, interleaved};
 use super::times::median;
-use super::{MOST_EXITS, Reach, Shot, TruthImage};
+use super::{BestStrength, MOST_EXITS, Reach, Shot, TruthImage};
 use crate::image::Image;
 use crate::settings::{AoFormat, BlurKernel, DepthFormat, Knob, Method, NormalFormat, Settings};
 use crate::{AmbientOcclusion, Error, Pipeline, Request, Timers};
@@ -20,8 +20,12 @@ pub struct TradeRow {
     /// The time of ambient occlusion and its blur together in milliseconds, the median over the runs. It is measured by
     /// the driver's timer, or by the system's clock if the driver has none.
     pub ms: f64,
+    /// The time of ambient occlusion alone, without the blur, measured in the same runs.
+    pub ao_ms: f64,
     /// The errors relative to the truth.
     pub errors: Errors,
+    /// The strength with which the RMSE would be the least; `None` for a method that reads no strength.
+    pub best_strength: Option<BestStrength>,
     /// The errors over the edge pixels alone, which [`edges`] finds; `None` if there is no edge pixel.
     pub edge_errors: Option<Errors>,
     /// How R fits the steps and the picture.
@@ -31,14 +35,14 @@ pub struct TradeRow {
     pub pareto: bool,
 }
 
-/// Returns the default settings of a method, with the radius, the attenuation, the strength and the early exit of
-/// `base`, and one depth sample per pixel.
+/// Returns the default settings of a method, with the radius, the attenuation and the strength of `base`, and one depth
+/// sample per pixel. The early exit is that of `base` too, if it is not the default of its method.
 fn of_method(base: &Settings, method: Method) -> Settings {
     Settings {
         radius: base.radius,
         attenuation: base.attenuation,
         strength: base.strength,
-        exit: base.exit,
+        exit: base.exit_for(method),
         msaa: 1,
         ..Settings::for_method(method)
     }
@@ -52,14 +56,15 @@ pub fn chapter(base: &Settings) -> Vec<Settings> {
 }
 
 /// Returns the combinations of a sweep: every method, the sample counts of Table 6.2.1 and others, half resolution,
-/// blurs and formats. All have the radius, the strength, the attenuation and the early exit of `base`. All have one
-/// depth sample per pixel, because the truth is traced from the centres of the pixels.
+/// blurs and formats. All have the radius, the strength and the attenuation of `base`, and its early exit if that is not
+/// the default of its method. All have one depth sample per pixel, because the truth is traced from the centres of the
+/// pixels.
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
     // The methods whose samples are the product of so many counts.
     let others = |counts: usize| -> Vec<Method> {
-        let all = Method::ALL.iter().filter(|&&method| method != Method::Hbao);
+        let all = Method::ALL.iter().filter(|method| !matches!(method, Method::Hbao | Method::HbaoView));
         all.filter(|method| method.facts().samples.len() == counts).copied().collect()
     };
     let mut all = Vec::new();
@@ -68,8 +73,16 @@ pub fn sweep(base: &Settings) -> Vec<Settings> {
             all.push(Settings { blur, half_res, ..with(of(Method::Hbao), directions, steps) });
         }
     }
+    for (directions, steps) in [(2, 4), (4, 4), (4, 8), (8, 8), (16, 16)] {
+        all.push(with(of(Method::HbaoView), directions, steps));
+    }
+    // Without the blur, whose own error is larger than what some of these differ by.
+    for (directions, steps) in [(4, 2), (4, 4), (4, 8), (8, 8), (16, 8), (16, 16)] {
+        for method in [Method::Hbao, Method::HbaoView] {
+            all.push(Settings { blur: 0, ..with(of(method), directions, steps) });
+        }
+    }
     for count in [4, 8, 16] {
-        all.push(Settings { blur: 0, ..with(of(Method::Hbao), count, count) });
         for method in others(2) {
             all.push(with(of(method), count, count));
         }
@@ -139,11 +152,24 @@ pub fn measure(
     }
     let mut rows = Vec::new();
     for ((each, (ao, _)), times) in settings.iter().zip(&passes).zip(&times) {
-        let comparison = Comparison::new(&ao.image()?, &truth.visibility)?;
+        let image = ao.image()?;
+        let comparison = Comparison::new(&image, &truth.visibility)?;
         let errors = comparison.over(covered)?.ok_or_else(Errors::of_nothing)?;
         let edge_errors = comparison.over(&on_edges)?;
         let reach = Reach::of(&gbuffers.of(shot, each)?.depth()?, shot.camera.projection, each)?;
-        rows.push(TradeRow { settings: each.clone(), ms: median(times), errors, edge_errors, reach, pareto: false });
+        let median_of = |time: fn(&Timed) -> f64| median(&times.iter().map(time).collect::<Vec<_>>());
+        let fitted =
+            each.method.reads("strength").then(|| BestStrength::of(&image, &truth.visibility, covered, each.strength));
+        rows.push(TradeRow {
+            settings: each.clone(),
+            ms: median_of(|timed| timed.ms),
+            ao_ms: median_of(|timed| timed.ao_ms),
+            errors,
+            best_strength: fitted.transpose()?,
+            edge_errors,
+            reach,
+            pareto: false,
+        });
     }
     let mut judged: Vec<_> = rows.iter_mut().filter(|row| row.reach.exits <= MOST_EXITS).collect();
     let points: Vec<_> = judged.iter().map(|row| (row.ms, row.errors.rmse)).collect();

@@ -15,8 +15,15 @@ pub(crate) fn words(s: &Settings) -> String {
         extras.push(format!("blur {}", s.blur));
     }
     let own = Settings::for_method(s.method);
+    for (knob, value, usual) in [("strength", s.strength, own.strength), ("spacing", s.spacing, own.spacing)] {
+        if s.method.reads(knob) && value != usual {
+            extras.push(format!("{knob} {value}"));
+        }
+    }
     for (value, usual) in [
         (s.exit.name(), own.exit.name()),
+        (s.zenith.name(), own.zenith.name()),
+        (s.quadrature.name(), own.quadrature.name()),
         (s.blur_kernel.name(), own.blur_kernel.name()),
         (s.ao_format.name(), own.ao_format.name()),
         (s.normal_format.name(), own.normal_format.name()),

@@ -209,12 +209,14 @@ fn outputs_that_cannot_be_written() {
 }
 
 #[test]
-fn what_is_not_built_yet_is_refused_as_such_and_junk_as_junk() {
+fn values_out_of_range_and_settings_that_exclude_each_other_are_refused() {
     refuses(&[
         (USAGE, "--msaa 3", "--msaa: '3' is not one of 1, 2, 4, 8"),
         (USAGE, "--edges on", "--edges: 'on' is not one of supersample, off"),
         (USAGE, "--half-res=maybe", "--half-res: 'maybe' is neither true nor false"),
-        (USAGE, "--method hbao-view", "not built yet"),
+        (USAGE, "--method hbao-view --snap step", "give --snap sample, or --spacing 1"),
+        (USAGE, "--method hbao-view --snap step --spacing 2", "with spacing 2 no two steps are alike"),
+        (USAGE, "--method hbao-view --spacing 5", "--spacing: '5' is not a number from 1 to 4"),
         (USAGE, "--method voxels", "--method: 'voxels' is not one of hbao, hbao-talk"),
         (USAGE, "--rays 0", "--rays: '0' is not a whole number from 1 to 64"),
         (USAGE, "--rays 65", "--rays: "),

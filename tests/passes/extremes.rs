@@ -146,6 +146,7 @@ fn steps_that_collapse_towards_the_centre_match_their_twins() {
                 for (snap, jitter) in [(Snap::Step, Jitter::Tile), (Snap::None, Jitter::None)] {
                     let settings =
                         Settings { snap, jitter, directions: 5, steps: 3, ..raw(method, 4.0 * texels * texel) };
+                    let settings = rig::evenly_if_stepping(settings);
                     hold_views(&context, &view, &settings, &format!("at steps of {texels} texels"));
                 }
             }

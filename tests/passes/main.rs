@@ -25,3 +25,4 @@ mod ssao;
 mod state;
 mod truth;
 mod twins;
+mod view;

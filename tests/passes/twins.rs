@@ -10,7 +10,7 @@ use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, KNOBS, Kind, Knob, Method,
-    NormalFormat, Normals, Radius, Snap, SsaoDepth, SsaoRotation, Toggle,
+    NormalFormat, Normals, Quadrature, Radius, Snap, SsaoDepth, SsaoRotation, Toggle, Zenith,
 };
 use hbao::{AmbientOcclusion, Apply, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
 use std::collections::BTreeSet;
@@ -50,6 +50,7 @@ fn cases() -> Vec<Case> {
     // Knobs that were added later are drawn from sequences of their own, so that the earlier choices stay the same.
     let mut later = Draw::new(20_090_216);
     let mut latest = Draw::new(1_963);
+    let mut newest = Draw::new(2_026);
     let (shots, others) = (scenes::all(), others());
     let plain = CASES + OTHERS * others.len();
     let case = |i: usize| {
@@ -60,6 +61,7 @@ fn cases() -> Vec<Case> {
         let shot = if i < plain { shot } else { shot.rolled() };
         // The radius is about a texel or far less, or usual, or larger than the scene.
         let radius = shot.radius * draw.one(&[0.03, 0.5, 1.0, 1.0, 100.0]);
+        let spacing = *newest.one(&[1.0, 1.5, 1.5, 2.0, 1.3, 4.0]);
         let settings = Settings {
             radius: Radius::Units(radius),
             directions: *draw.one(&[1, 2, 3, 5, 8, 8, 16, 64]),
@@ -88,12 +90,16 @@ fn cases() -> Vec<Case> {
             edges: *later.one(&[Edges::Supersample, Edges::Supersample, Edges::Off]),
             half_res: *later.one(&[false, false, true]),
             exit: *latest.one(&[Exit::Paper, Exit::Shorten]),
+            zenith: *newest.one(&[Zenith::View, Zenith::View, Zenith::Axis]),
+            spacing,
+            quadrature: *newest.one(&[Quadrature::Interval, Quadrature::Mean, Quadrature::End]),
             ssao_samples: *later.one(&[8, 16, 24]),
             ssao_rotation: *later.one(&[SsaoRotation::Matrix, SsaoRotation::Mirror]),
             ssao_depth: *later.one(&[SsaoDepth::Full, SsaoDepth::Half]),
             ssao_normals: *later.one(&[Toggle::Off, Toggle::On]),
             ssao_curve: *later.one(&[None, Some(Toggle::Off), Some(Toggle::On)]),
         };
+        let settings = rig::evenly_if_stepping(settings);
         // The twin takes time in proportion to the number of samples.
         let size = if settings.method.samples(&settings) > 300 { (33, 21) } else { SIZE };
         // The ambient share of an edge pixel is the mean over its samples, which this test does not read back.

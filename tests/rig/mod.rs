@@ -138,11 +138,17 @@ pub fn raw(method: Method, radius: f64) -> Settings {
     (method.facts().defaults)(Settings { method, blur: 0, ..float_settings(radius) })
 }
 
+/// Returns the settings, but with samples that are evenly spaced if all steps are rounded at once, which needs that.
+pub fn evenly_if_stepping(settings: Settings) -> Settings {
+    let spacing = if settings.snap == hbao::settings::Snap::Step { 1.0 } else { settings.spacing };
+    Settings { spacing, ..settings }
+}
+
 /// Returns settings that use every method and every value of every switch, at most four of them at once.
 pub fn every_switch() -> Vec<Settings> {
     use hbao::settings::{
-        Attenuation, BlurKernel, Clamp, DepthFormat, Exit, Grounding, Jitter, NormalFormat, Normals, Snap, SsaoDepth,
-        SsaoRotation, Toggle,
+        Attenuation, BlurKernel, Clamp, DepthFormat, Exit, Grounding, Jitter, NormalFormat, Normals, Quadrature, Snap,
+        SsaoDepth, SsaoRotation, Toggle, Zenith,
     };
     let method = |method, radius| Settings { radius: Radius::Units(radius), ..Settings::for_method(method) };
     let ssao = || method(Method::Ssao, 100.0);
@@ -190,6 +196,28 @@ pub fn every_switch() -> Vec<Settings> {
             ..ssao()
         },
         Settings { grounding: Grounding::Direction, depth_format: DepthFormat::R16f, blur: 21, ..base(150.0) },
+        Settings {
+            zenith: Zenith::Axis,
+            quadrature: Quadrature::Mean,
+            spacing: 2.0,
+            ..method(Method::HbaoView, 150.0)
+        },
+        Settings {
+            quadrature: Quadrature::End,
+            spacing: 1.3,
+            snap: Snap::None,
+            attenuation: Attenuation::Linear,
+            steps: 40,
+            ..method(Method::HbaoView, 400.0)
+        },
+        Settings {
+            snap: Snap::Step,
+            spacing: 1.0,
+            attenuation: Attenuation::Linear,
+            clamp: Clamp::Depth,
+            jitter: Jitter::None,
+            ..method(Method::HbaoView, 150.0)
+        },
         Settings { exit: Exit::Shorten, steps: 24, ..base(100.0) },
         Settings { exit: Exit::Shorten, steps: 40, half_res: true, strength: 3.0, ..base(403.0) },
     ];

@@ -6,7 +6,7 @@ use hbao::context::Backend;
 use hbao::scene::{Lens, Mesh, View};
 use hbao::settings::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, Method, NormalFormat,
-    Normals, Radius, Snap, SsaoDepth, SsaoRotation, Toggle,
+    Normals, Quadrature, Radius, Snap, SsaoDepth, SsaoRotation, Toggle, Zenith,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -234,11 +234,17 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
         select(&[Toggle::Off, Toggle::On][..]),
         select(&[Toggle::Off, Toggle::On][..]),
     );
-    (sampling, switches, blur, ssao).prop_map(|(sampling, switches, blur, ssao)| {
+    let view = (
+        select(&[Zenith::View, Zenith::View, Zenith::View, Zenith::Axis][..]),
+        select(&[1.5, 1.5, 1.0, 2.0, 1.3, 4.0][..]),
+        select(&[Quadrature::Interval, Quadrature::Interval, Quadrature::Mean, Quadrature::End][..]),
+    );
+    (sampling, switches, blur, ssao, view).prop_map(|(sampling, switches, blur, ssao, view)| {
         let (method, radius, (directions, steps), rays, bias, strength) = sampling;
         let (attenuation, snap, clamp, grounding, normals, jitter, normal_format) = switches;
         let (blur, blur_kernel, sigma, msaa, edges, half_res) = blur;
         let (ssao_samples, ssao_rotation, ssao_depth, ssao_normals, ssao_curve) = ssao;
+        let (zenith, spacing, quadrature) = view;
         Settings {
             method,
             radius: Radius::Units(radius),
@@ -252,6 +258,10 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
             snap,
             clamp,
             grounding,
+            zenith,
+            // Steps that are rounded at once need samples that are evenly spaced.
+            spacing: if snap == Snap::Step { 1.0 } else { spacing },
+            quadrature,
             normals,
             jitter,
             blur,

@@ -11,7 +11,7 @@ const SHOWN: usize = 11;
 
 /// Makes the table of the answer, which has a star, and of the combinations that came nearest to it.
 pub(super) fn table(tuned: &Tuned, goal: Goal, requirements: &Requirements) -> Table {
-    let edges = requirements.edge_pixels != [0, 0];
+    let edges = requirements.edge_pixels != [0; 3];
     let columns = [
         Column::left("", 2),
         Column::left("settings", 52),

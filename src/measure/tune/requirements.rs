@@ -18,9 +18,9 @@ pub struct Requirements {
     pub covered: Image<bool>,
     /// The number of depth samples per pixel that the driver gave.
     pub samples: u32,
-    /// The number of edge pixels: first with the depth sigma that all methods but `ssao` share, then with that of
+    /// The number of edge pixels with the depth sigma of most methods, with that of `hbao-view`, and with that of
     /// `ssao`.
-    pub edge_pixels: [usize; 2],
+    pub edge_pixels: [usize; 3],
     /// R in texels, first at the farthest covered pixel, then at the nearest.
     pub radius_px: (f64, f64),
     depth: Image<f32>,
@@ -46,12 +46,13 @@ impl Requirements {
         let in_texels = |z: f32| x.min(y) / if projection.is_perspective() { f64::from(z) } else { 1.0 };
         let radius_px = (in_texels(farthest), in_texels(nearest));
         let samples = pipeline.samples();
-        let mut edge_pixels = [0; 2];
+        let mut edge_pixels = [0; 3];
         if samples > 1 {
             let method = if edge_kind(base.method) == 0 { base.method } else { Method::Hbao };
             // Of all sample counts of `ssao`, 8 samples have the least depth sigma, and so the most edges.
-            for (pixels, method) in edge_pixels.iter_mut().zip([method, Method::Ssao]) {
-                let settings = Settings { method, ssao_samples: 8, ..base.clone() };
+            for (pixels, method) in edge_pixels.iter_mut().zip([method, Method::HbaoView, Method::Ssao]) {
+                let Settings { snap, spacing, .. } = Settings::for_method(method);
+                let settings = Settings { method, snap, spacing, ssao_samples: 8, ..base.clone() };
                 let request = Request { gbuffer_only: true, edges: true, ..Request::default() };
                 let mut pipeline = Pipeline::new(gl, shot.size, &settings, request)?;
                 pipeline.render(shot.mesh, shot.camera)?;
@@ -83,8 +84,31 @@ impl Requirements {
     }
 }
 
-/// Returns the index of a method's number in [`Requirements::edge_pixels`]. The blur of the method decides which pixels
-/// are edges.
+/// Returns the index of a method's number in [`Requirements::edge_pixels`]. The depth sigma of the method's blur decides
+/// which pixels are edges.
 pub(super) fn edge_kind(method: Method) -> usize {
-    usize::from(method.facts().blur == MethodBlur::Crysis)
+    let facts = method.facts();
+    match facts.blur {
+        MethodBlur::Crysis => 2,
+        _ => usize::from(facts.depth_sigma != Method::Hbao.facts().depth_sigma),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Radius;
+
+    #[test]
+    fn methods_have_the_same_edges_if_their_blurs_have_the_same_depth_sigma() {
+        let settings = |method| Settings { radius: Radius::Units(1.0), ..Settings::for_method(method) };
+        let kinds = [Method::Hbao, Method::HbaoView, Method::Ssao];
+        for (i, of_kind) in kinds.into_iter().enumerate() {
+            assert_eq!(edge_kind(of_kind), i);
+            for &method in Method::ALL {
+                let same = settings(method).depth_sigma().unwrap() == settings(of_kind).depth_sigma().unwrap();
+                assert_eq!(edge_kind(method) == i, same, "{} {}", method.name(), of_kind.name());
+            }
+        }
+    }
 }

@@ -35,8 +35,8 @@ pub struct Tuner<'a> {
 }
 
 impl<'a> Tuner<'a> {
-    /// Prepares a search on a view. The search keeps the radius, attenuation, strength, bias and number of depth
-    /// samples of `base`, and every setting that `pinned` names. The radius must be in scene units.
+    /// Prepares a search on a view. The search keeps the radius, attenuation, bias and number of depth samples of `base`,
+    /// and every setting that `pinned` names. The radius must be in scene units.
     ///
     /// # Errors
     /// [`Error::Gl`] if the driver refuses a shader, an allocation or a call. [`Error::Usage`] if `half-res` and a
@@ -99,6 +99,9 @@ impl<'a> Tuner<'a> {
             let wide = round > 0 && !reached && matches!(goal, Goal::MaxError(_));
             let leaders = self.leaders(goal, round, wide);
             next = leaders.iter().flat_map(|&i| self.space.around(&self.tried[i].settings, wide)).collect();
+            for i in leaders {
+                next.extend(self.fitted(i, truth)?);
+            }
         }
         if let (Some(refusal), true) = (self.refusal.take(), self.tried.iter().all(|tried| tried.rmse().is_none())) {
             return Err(refusal);
@@ -107,6 +110,17 @@ impl<'a> Tuner<'a> {
         let best = contest.hold(&mut self.stage, &self.space, &mut self.tried, progress)?;
         decide(&mut self.tried, goal, best);
         Ok(Tuned { tried: self.tried, best })
+    }
+
+    /// Returns a combination that was tried with the strength that fits it best, to 2 decimal places; `None` if the
+    /// strength has no effect on it, or if the user pinned it.
+    fn fitted(&mut self, i: usize, truth: &Image<f32>) -> Result<Option<Settings>, Error> {
+        let settings = self.tried[i].settings.clone();
+        if self.space.pins("strength") || settings.idle("strength").is_some() {
+            return Ok(None);
+        }
+        let best = self.stage.best_strength(&settings, truth, &self.requirements.covered)?;
+        Ok(Some(Settings { strength: (best * 100.0).round().max(1.0) / 100.0, ..settings }))
     }
 
     /// Returns the combination with each exit that makes a difference: if its steps are shorter than a texel at no

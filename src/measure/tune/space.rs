@@ -20,13 +20,13 @@ const COUNTS: [u32; 20] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 
 const BLURS: [u32; 6] = [0, 5, 9, 13, 21, 31];
 
 /// The combinations that may be searched. They agree with `base` in every pinned setting, and in the settings that
-/// determine how the user's picture should look: the radius, attenuation, strength, bias and number of depth samples.
+/// determine how the user's picture should look: the radius, attenuation, bias and number of depth samples.
 pub(super) struct Space {
     pub(super) base: Settings,
     /// The settings that the search leaves as they are in `base`.
     pub(super) pinned: Vec<&'static Knob>,
     /// Whether any pixel is an edge, by the index that [`edge_kind`] returns.
-    pub(super) edges: [bool; 2],
+    pub(super) edges: [bool; 3],
 }
 
 impl Space {
@@ -36,7 +36,7 @@ impl Space {
 
     /// Changes `settings` to a combination that may be searched: with the pinned settings of `base`, with those that
     /// determine the user's picture, and without a supersampled blur if no pixel is an edge. `None` if another method
-    /// is pinned, or if the image would stay at half size.
+    /// is pinned, if the image would stay at half size, or if the pinned settings exclude each other with this method.
     pub(super) fn admit(&self, settings: &Settings) -> Option<Settings> {
         let base = &self.base;
         if self.pins("method") && settings.method != base.method {
@@ -45,7 +45,6 @@ impl Space {
         let mut admitted = Settings {
             radius: base.radius,
             attenuation: base.attenuation,
-            strength: base.strength,
             bias: base.bias,
             msaa: base.msaa,
             ..settings.clone()
@@ -57,7 +56,7 @@ impl Space {
             knob.set(&mut admitted, &knob.text(base)).ok()?;
         }
         let whole = admitted.ao_scale() == 1 || admitted.blur > 0;
-        whole.then_some(admitted)
+        (whole && admitted.check_steps().is_ok()).then_some(admitted)
     }
 
     /// Returns the combinations that the search begins with: the sweep of `trade`, a finer sweep of the pinned method
@@ -159,7 +158,7 @@ pub(super) fn key(settings: &Settings) -> String {
 }
 
 /// Returns whether `a` certainly takes no more work than `b`: either `a` has no pass at all, or they differ only in
-/// numbers of samples and in the blur, and `a` has no larger number and no more blur. `exits` says whether `b` may exit
+/// numbers of samples, in the strength and in the blur, and `a` has no larger number and no more blur. `exits` says whether `b` may exit
 /// early at some pixel. If so, `a` must not have fewer steps: with fewer steps each is longer, so `a` may have to
 /// compute pixels at which `b` exits.
 pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
@@ -173,6 +172,7 @@ pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
         steps: b.steps,
         rays: b.rays,
         ssao_samples: b.ssao_samples,
+        strength: b.strength,
         blur: b.blur,
         blur_kernel: b.blur_kernel,
         edges: b.edges,
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
 
-    fn space(base: Settings, pinned: &[&str], edges: [bool; 2]) -> Space {
+    fn space(base: Settings, pinned: &[&str], edges: [bool; 3]) -> Space {
         let pinned = KNOBS.iter().filter(|knob| pinned.contains(&knob.name)).collect();
         Space { base, pinned, edges }
     }
@@ -215,11 +215,11 @@ mod tests {
     #[test]
     fn the_search_holds_the_sweep_of_trade_and_keeps_to_the_ranges() {
         let base = Settings { msaa: 1, edges: Edges::Off, ..Settings::default() };
-        let keys: HashSet<String> = admitted(&space(base.clone(), &[], [false; 2])).iter().map(key).collect();
+        let keys: HashSet<String> = admitted(&space(base.clone(), &[], [false; 3])).iter().map(key).collect();
         for settings in trade::sweep(&base) {
             assert!(keys.contains(&key(&settings)), "{}", settings.to_toml());
         }
-        for settings in admitted(&space(base, &[], [true; 2])) {
+        for settings in admitted(&space(base, &[], [true; 3])) {
             settings.validate().unwrap();
             assert!(!settings.half_res || settings.blur > 0, "half size cannot be compared");
         }
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn pins_and_the_picture_are_kept() {
         let base = Settings { bias: 0.5, strength: 1.5, blur: 9, jitter: Jitter::None, ..Settings::default() };
-        let space = space(base, &["method", "blur", "jitter"], [true; 2]);
+        let space = space(base, &["method", "blur", "jitter", "strength"], [true; 3]);
         let all = admitted(&space);
         assert!(all.len() > 100);
         for s in all {
@@ -241,9 +241,9 @@ mod tests {
     fn without_edges_no_blur_goes_around_samples_unless_it_was_asked_for() {
         let base = Settings::default();
         let wanted = |space: Space| admitted(&space).iter().any(|s| s.edges == Edges::Supersample);
-        assert!(wanted(space(base.clone(), &[], [true; 2])));
-        assert!(!wanted(space(base.clone(), &[], [false; 2])));
-        assert!(wanted(space(base, &["edges"], [false; 2])));
+        assert!(wanted(space(base.clone(), &[], [true; 3])));
+        assert!(!wanted(space(base.clone(), &[], [false; 3])));
+        assert!(wanted(space(base, &["edges"], [false; 3])));
     }
 
     #[test]

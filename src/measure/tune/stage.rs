@@ -1,10 +1,10 @@
 //! The view on which a search renders combinations of settings.
 
 use crate::image::Image;
-use crate::measure::Shot;
 use crate::measure::errors::{Comparison, Errors};
 use crate::measure::gbuffers::GBuffers;
 use crate::measure::interleaved::{interleaved, timed};
+use crate::measure::{BestStrength, Shot};
 use crate::settings::Settings;
 use crate::{AmbientOcclusion, Error, Inputs, Timers};
 use std::sync::Arc;
@@ -44,10 +44,23 @@ impl<'a> Stage<'a> {
         errors.ok_or_else(Errors::of_nothing)
     }
 
+    /// Renders this combination once, and returns the strength with which it would be nearest to the truth at the pixels
+    /// where `covered` is true.
+    pub(super) fn best_strength(
+        &mut self,
+        settings: &Settings,
+        truth: &Image<f32>,
+        covered: &Image<bool>,
+    ) -> Result<f64, Error> {
+        let (mut ao, inputs) = self.ready(settings)?;
+        ao.render(&inputs)?;
+        Ok(BestStrength::of(&ao.image()?, truth, covered, settings.strength)?.strength)
+    }
+
     /// Renders twice in a row, and returns the shorter time in milliseconds.
     pub(super) fn rough_ms(&mut self, (ao, inputs): &mut Ready) -> Result<f64, Error> {
         let first = timed(ao, inputs, &mut self.timers)?;
-        Ok(first.min(timed(ao, inputs, &mut self.timers)?))
+        Ok(first.ms.min(timed(ao, inputs, &mut self.timers)?.ms))
     }
 
     /// Times `passes` in interleaved runs, and returns the milliseconds of each run for each of them. `progress` is
@@ -58,6 +71,7 @@ impl<'a> Stage<'a> {
         runs: usize,
         progress: impl Fn(),
     ) -> Result<Vec<Vec<f64>>, Error> {
-        interleaved(passes, &mut self.timers, runs, progress)
+        let times = interleaved(passes, &mut self.timers, runs, progress)?;
+        Ok(times.into_iter().map(|runs| runs.into_iter().map(|timed| timed.ms).collect()).collect())
     }
 }

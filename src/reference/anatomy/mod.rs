@@ -246,7 +246,7 @@ mod tests {
     use crate::projection::Projection;
     use crate::reference::visibility;
     use crate::rotation_tile;
-    use crate::settings::{Clamp, Exit, Grounding, Method, Radius, Snap, Toggle};
+    use crate::settings::{Clamp, Exit, Grounding, Method, Radius, Snap, Toggle, Zenith};
     use rand_pcg::Pcg64Mcg;
     use rand_pcg::rand_core::Rng;
 
@@ -303,7 +303,7 @@ mod tests {
         for case in 0..48 {
             let view = view(&mut random);
             let one = |of: u32| of.is_multiple_of(2);
-            let method = if one(case) { Method::Hbao } else { Method::HbaoTalk };
+            let method = [Method::Hbao, Method::HbaoTalk, Method::HbaoView][case as usize / 3 % 3];
             let settings = Settings {
                 radius: Radius::Units(0.2 + 2.0 * uniform(&mut random)),
                 directions: 3 + case % 5,
@@ -314,6 +314,9 @@ mod tests {
                 snap: [Snap::Step, Snap::Sample, Snap::None][case as usize % 3],
                 half_res: case % 5 == 4,
                 bias: if one(case / 16) { 0.0 } else { 0.2 },
+                // Steps that are rounded at once need samples that are evenly spaced.
+                spacing: if case.is_multiple_of(3) { 1.0 } else { 1.5 },
+                zenith: if one(case / 3) { Zenith::View } else { Zenith::Axis },
                 ..Settings::for_method(method)
             };
             let tile = rotation_tile(&settings);

@@ -10,7 +10,8 @@ use hbao::measure::table::{Column, Table};
 use hbao::measure::trade::TradeRow;
 
 /// Makes the table of the time and the errors of a sweep. The first column has a star if no other combination is better
-/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. `flip_places` is
+/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. The last two
+/// columns have the strength with which the RMSE would be the least, and that RMSE. `flip_places` is
 /// the number of decimal places of FLIP.
 pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
     let columns = [
@@ -19,12 +20,15 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
         Column::left("samples", 32),
         Column::right("exits", 7),
         Column::right("ms", 9),
+        Column::right("AO ms", 9),
         Column::right("RMSE", 9),
         Column::right("MAE", 9),
         Column::right("bias", 9),
         Column::right("max", 8),
         Column::right("FLIP", 8),
         Column::right("edge RMSE", 11),
+        Column::right("best S", 8),
+        Column::right("its RMSE", 10),
     ];
     Table::new(columns).filled(rows.iter().map(|row| {
         let e = &row.errors;
@@ -34,12 +38,15 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
             words(&row.settings),
             percent(row.reach.exits),
             format!("{:.2}", row.ms),
+            format!("{:.2}", row.ao_ms),
             format!("{:.4}", e.rmse),
             format!("{:.4}", e.mae),
             format!("{:+.4}", e.bias),
             format!("{:.3}", e.max),
             optional(e.flip, flip_places),
             optional(row.edge_errors.map(|edge| edge.rmse), 4),
+            optional(row.best_strength.map(|best| best.strength), 2),
+            optional(row.best_strength.map(|best| best.rmse), 4),
         ]
     }))
 }
