@@ -35,7 +35,7 @@ void main()
     }
 
     float occlusion = 0.0;
-    for (int k = 0; k < N_D; ++k) {
+    for (int k = 0; k < direction_count; ++k) {
         Direction d = direction(k, steps.px, s.jitter);
         float tangent = sine_of_tangent(s, along(d) * pixel);
         Horizon h = Horizon(tangent, 0.0);

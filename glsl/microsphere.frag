@@ -48,7 +48,7 @@ void main()
 
     vec3 n = s.n * inversesqrt(max(dot(s.n, s.n), 1e-36));
     float occlusion = 0.0;
-    for (int k = 0; k < N_D; ++k) {
+    for (int k = 0; k < direction_count; ++k) {
         Direction d = direction(k, steps.px, s.jitter);
         EACH_STEP(ADD)
     }

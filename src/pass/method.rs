@@ -57,6 +57,10 @@ pub(crate) struct MethodVariant {
 /// coordinates are at most 1e15, and float32 can hold its square.
 const FARTHEST_RADIUS: f64 = 1e16;
 
+/// The largest number of samples for which the loop over directions may be unrolled. 16 directions of 16 steps take
+/// 9,600 instructions, and hardware of 2006 may have had a limit near 16,000.
+const MOST_UNROLLED: u32 = 256;
+
 /// The pass of a method.
 pub(crate) struct MethodPass {
     program: Program,
@@ -123,6 +127,7 @@ impl MethodPass {
             .float("near", view.near)
             .float("radius", radius.min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
+            .int("direction_count", settings.directions as i32)
             .vec2("bias", [settings.bias.cos(), settings.bias.sin()]);
         full_screen.draw();
     }
@@ -180,6 +185,7 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         ("NORMALS_BIASED", variant.encoding == NormalEncoding::Biased),
         ("ORTHOGRAPHIC", variant.orthographic),
         ("FLOOR", variant.floor),
+        ("DIRECTIONS_LOOPED", settings.directions * settings.steps > MOST_UNROLLED),
     ] {
         if on {
             defines = defines.value(name, 1);

@@ -70,15 +70,16 @@ fn normals(lab: &Lab, claim: Option<&Claim>) -> Result<Finding, Error> {
     };
     Ok(Finding {
         answer: format!(
-            "{verdict}: normals of 8 bits a component move visibility by {} RMS at most, where an 8-bit picture has steps of \
-             1/255.",
+            "{verdict}: normals of 8 bits a component move visibility by {} RMS in the scene where they do most, and an \
+             8-bit picture has steps of 1/255.",
             steps(worst)
         ),
         claims: &["normals-8-bit", "ao-8-bit"],
         figure: Figure {
             id: "finding-normals".into(),
             title: "Do 8-bit normals suffice?".into(),
-            text: "What they do to a floor that is open, and the angle bias that mends it, stand among the extremes."
+            text: "The last table of the page, 'False occlusion of a floor, which is open', shows what they do to a floor, and \
+                   which angle bias removes it."
                 .into(),
             pictures: pair(
                 lab,
@@ -97,12 +98,17 @@ fn half_resolution(lab: &Lab, measures: &Measures, claim: Option<&Claim>) -> Res
     let half = Settings { half_res: true, ..full.clone() };
     let errors = claim.iter().flat_map(|claim| &claim.found);
     let errors: Vec<_> = errors.map(|found| format!("{:.2} times ({})", found.value, found.scene)).collect();
-    let ratio = measures.ratios.iter().find(|ratio| ratio.what == "AO at half over full resolution, 8/8");
-    let time = ratio.map_or(String::new(), |ratio| {
+    let ratio = |what: &str| measures.ratios.iter().find(|ratio| ratio.what == what);
+    let frame = ratio("frame at half over full resolution, 8/8")
+        .map_or(String::new(), |frame| format!(", and the whole frame {}", percent(frame.ours)));
+    let time = ratio("AO at half over full resolution, 8/8").map_or(String::new(), |ratio| {
         let then = ratio.papers.iter().map(|(_, share)| *share);
         let (least, most) = then.fold((f64::INFINITY, 0.0f64), |(low, high), share| (low.min(share), high.max(share)));
         format!(
-            "It takes {} of the time of the ambient occlusion pass ({} to {} on the cards of 2008). ",
+            "With 8 directions of 8 steps at {}x{}, the ambient occlusion pass takes {} of the time at full resolution \
+             ({} to {} on the cards of 2008){frame}. ",
+            lab.size.0,
+            lab.size.1,
             percent(ratio.ours),
             percent(least),
             percent(most)
@@ -114,9 +120,13 @@ fn half_resolution(lab: &Lab, measures: &Measures, claim: Option<&Claim>) -> Res
         figure: Figure {
             id: "finding-half-resolution".into(),
             title: "What does half resolution cost?".into(),
-            text: "Where a step of half texels falls below one, the chapter exits early and leaves surfaces open, which small \
-                   pictures show most."
-                .into(),
+            text: format!(
+                "At half resolution R covers half as many texels. Where its steps are shorter than a texel, the chapter \
+                 exits early and leaves the surface open. That happens more often in small pictures: the second claim below \
+                 is about pictures of {}x{}, and has larger errors.",
+                lab.small().0,
+                lab.small().1
+            ),
             pictures: pair(lab, [&full, &half], ["full resolution", "half resolution"], 8.0, "finding-half")?,
             ..Figure::default()
         },
@@ -150,9 +160,13 @@ fn two_papers(lab: &Lab, measures: &Measures) -> Result<Finding, Error> {
         |settings: &Settings, file: &str, name: &str| picture(lab, church, lab.size, settings, &AO, file, &named(name));
     Ok(Finding {
         answer: format!(
-            "On speed, by a factor of {:.2}: on the same card the talk has {in_talk:.0} MPixels/s, and Table 6.2.1 implies \
-             {in_chapter:.1}, with 8 directions of 8 steps each. On the method, in what a sample weighs.",
-            in_talk / in_chapter
+            "The talk (SIGGRAPH 2008) and the chapter (ShaderX7 6.2) disagree on speed by a factor of {:.2}: on the same \
+             card the talk has {in_talk:.0} MPixels/s, and Table 6.2.1 of the chapter implies {in_chapter:.1}, with 8 \
+             directions of 8 steps each. Here the two take nearly the same time ({} and {} MPixels/s). They also disagree \
+             on what a sample weighs.",
+            in_talk / in_chapter,
+            here(Method::HbaoTalk),
+            here(Method::Hbao)
         ),
         claims: &["attenuation-per-sample", "quadratic-attenuation", "talk-figure-1"],
         figure: Figure {
@@ -163,9 +177,10 @@ fn two_papers(lab: &Lab, measures: &Measures) -> Result<Finding, Error> {
                 .into(),
             tables: vec![
                 Table::new(["", "the talk (hbao-talk)", "the chapter (hbao)"].map(|heading| Column::left(heading, 0)))
-                    .captioned("The same algorithm, told twice")
+                    .captioned("The algorithm as each of the two describes it")
                     .filled(rows)
-                    .noted(["Our hbao-talk has the chapter's jitter, not the talk's.".into()]),
+                    .noted(["The row 'what is random' is about the papers. Our hbao-talk has the chapter's jitter, so that the two methods \
+                             differ in nothing but their equations.".into()]),
             ],
             pictures: vec![
                 of(&talk, "finding-papers-talk", "the talk (hbao-talk)")?,
@@ -177,7 +192,7 @@ fn two_papers(lab: &Lab, measures: &Measures) -> Result<Finding, Error> {
 }
 
 /// The parts of an error, as the page names them.
-const PARTS: [&str; 4] = ["the method itself", "its sampling", "the blur", "8-bit targets"];
+const PARTS: [&str; 4] = ["model", "sampling", "filtering", "quantisation"];
 
 /// Returns the root mean square of each of [`PARTS`].
 fn sizes(parts: &Decomposition) -> [f64; 4] {
@@ -191,11 +206,11 @@ fn parts(measures: &Measures) -> Finding {
         Some((swept.scene.clone(), squares.map(|square| percent(square / squares.iter().sum::<f64>()))))
     };
     let (scenes, shares): (Vec<_>, Vec<_>) = measures.sweeps.iter().filter_map(shares).unzip();
-    let of = |(i, part): (usize, &&str)| {
-        let each: Vec<&str> = shares.iter().map(|all| all[i].as_str()).collect();
-        format!("{} {part}", each.join(" and "))
+    let of = |(scene, shares): (&String, &[String; 4])| {
+        let each: Vec<String> = PARTS.iter().zip(shares).map(|(part, share)| format!("{part} {share}")).collect();
+        format!("{scene}: {}", each.join(", "))
     };
-    let found: Vec<String> = PARTS.iter().enumerate().map(of).collect();
+    let found: Vec<String> = scenes.iter().zip(&shares).map(of).collect();
     let drawn = |swept: &Sweep| {
         let group = |(s, parts): &(Settings, Decomposition)| {
             let half = if s.half_res { ", half" } else { "" };
@@ -209,14 +224,16 @@ fn parts(measures: &Measures) -> Finding {
         }
     };
     Finding {
-        answer: format!("Of the squared error with 8/8 ({}), {}.", scenes.join(" and "), found.join(", ")),
+        answer: format!("Of the parts' squared errors with 8/8: {}.", found.join("; ")),
         claims: &["more-samples", "blur-shrinks"],
         figure: Figure {
             id: "finding-error".into(),
             title: "Where does the error come from?".into(),
-            text: "The method itself is what would be left with endlessly many samples: depth shows one surface a pixel, and \
-                   nothing beyond the border. The squares of the parts add up to that of the whole but for what they have in \
-                   common."
+            text: "The model's part is what would be left with endlessly many samples, because a depth image shows one surface a \
+                   pixel, and nothing beyond its border. Sampling adds the error of so few directions and steps, filtering \
+                   that of the blur, quantisation that of 8-bit targets. The shares are of the sum of the four squares. The \
+                   square of the whole error also has cross terms between the parts, which the section Tables lists. Where \
+                   more steps make the part of sampling larger, the chapter exits early at more pixels."
                 .into(),
             drawings: measures.sweeps.iter().map(drawn).collect(),
             ..Figure::default()

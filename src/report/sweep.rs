@@ -135,7 +135,8 @@ impl Sweep {
         table.captioned(format!("{}: error taken apart, RMSE and bias", self.scene)).noted([format!(
             "Over {} covered pixels, blur 9x9. Model: the converged method against the truth; sampling: so many directions \
              and steps against it; filtering: after the blur against before; quantisation: 8-bit targets against float. \
-             Biases add up; squares do with the cross term.",
+             The biases of the parts add up to the whole bias. Their squares, together with the cross term, add up to the \
+             square of the whole RMSE.",
             decomposed_pixels(&self.parts)
         )])
     }

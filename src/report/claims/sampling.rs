@@ -56,7 +56,7 @@ fn quadratic_attenuation(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         let share = darker as f64 / pairs().count().max(1) as f64;
         let [eq, el] = [lab.errors_of(subject, &q, &quadratic)?, lab.errors_of(subject, &l, &linear)?];
         let text = format!(
-            "quadratic is nowhere lighter at {} of the pixels, darker by {:.3} on average; RMSE, each against its own \
+            "quadratic is not lighter at {} of the pixels, darker by {:.3} on average; RMSE, each against its own \
              truth, {:.3}, linear {:.3}",
             percent_fine(share),
             -compare(&q, &l, &covered)?.bias,
@@ -165,7 +165,8 @@ fn micro_spheres(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
     }
     if !all_factors.is_empty() {
         let (least, most) = all_factors.iter().fold((f64::INFINITY, 0.0f64), |(l, m), &x| (l.min(x), m.max(x)));
-        let text = format!("what would mend the mean occlusion goes from {least:.2} to {most:.2} times");
+        let text =
+            format!("the factor that would give the truth's mean occlusion lies between {least:.2} and {most:.2}");
         let verdict = one_factor.verdict(most / least);
         found.push(Found { scene: "one factor for all".into(), text, value: most / least, verdict });
     }

@@ -24,7 +24,7 @@ fn pairs(bound: Bound, scene: &str, [over, under]: [&[f64]; 2], what: &str) -> O
     }
     let (least, most) = ratios.iter().fold((f64::INFINITY, 0.0f64), |(l, m), &x| (l.min(x), m.max(x)));
     let text = format!(
-        "{what}{:.1} ms against {:.1} ms, {} ({} to {} over the runs)",
+        "{what}{:.1} ms against {:.1} ms, which are medians; the median of the runs' ratios is {} ({} to {})",
         median(over),
         median(under),
         times(median(&ratios)),

@@ -59,7 +59,7 @@ pub(super) fn talk(lab: &Lab) -> Result<Figure, Error> {
     Ok(Figure {
         id: "talk-1".into(),
         title: "The talk's Figure 1: horizons and ray marching".into(),
-        text: "8 directions of 8 steps; ray marching with 4 rays a direction. Their speeds stand under the tables."
+        text: "8 directions of 8 steps; ray marching with 4 rays a direction. The section Tables has their speeds."
             .into(),
         pictures: vec![
             picture(lab, subject, lab.size, &horizons, &AO, "talk-1-hbao", "horizons (hbao-talk)")?,

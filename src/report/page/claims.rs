@@ -4,12 +4,13 @@ use super::prose::unbroken;
 use crate::report::claim::{Claim, Found, Verdict};
 use maud::{Markup, html};
 
-/// The verdicts, in the order in which the page counts them, with the words for how many there are.
-const COUNTED: [(Verdict, &str); 4] = [
-    (Verdict::Holds, "hold"),
-    (Verdict::InPart, "hold in part"),
-    (Verdict::DoesNotHold, "do not hold"),
-    (Verdict::NotMeasured, "were not measured"),
+/// The verdicts, in the order in which the page counts them, with the words for one
+/// claim and for several.
+const COUNTED: [(Verdict, [&str; 2]); 4] = [
+    (Verdict::Holds, ["holds", "hold"]),
+    (Verdict::InPart, ["holds in part", "hold in part"]),
+    (Verdict::DoesNotHold, ["does not hold", "do not hold"]),
+    (Verdict::NotMeasured, ["was not measured", "were not measured"]),
 ];
 
 /// Shows how many claims have each verdict, as a bar and in words.
@@ -25,7 +26,7 @@ pub(super) fn tally(claims: &[Claim]) -> Markup {
             "Of " a href="#claims" { (claims.len()) " claims" } ", "
             @for (i, (verdict, words, count)) in counts().enumerate() {
                 @if i > 0 { ", " }
-                span class={ "verdict " (verdict.class()) } { (count) " " (words) }
+                span class={ "verdict " (verdict.class()) } { (count) " " (if *count == 1 { words[0] } else { words[1] }) }
             }
             "."
         }
@@ -37,8 +38,8 @@ pub(super) fn section(claims: &[Claim]) -> Markup {
         h2 #claims { "Claims" }
         (tally(claims))
         p {
-            "A rule is about each row of what was found: a claim holds where all rows hold, does not hold where none does even \
-             in part, and holds in part otherwise."
+            "The rule is applied to each row of what was found. A claim holds if all its rows hold. It does not hold if no row \
+             holds even in part. Otherwise it holds in part."
         }
         table.claims {
             thead { tr { th { "The papers say" } th { "Found" } th { "Rule" } th { "Verdict" } } }
