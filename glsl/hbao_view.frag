@@ -9,7 +9,8 @@ out float out_0;
 
 // What the samples i = 1..N_S of a pixel have in common in all directions, at the index i - 1.
 float walk[N_S]; // the way from P to the sample, in steps
-float mean[N_S]; // the factor of |D|^2 for which W is its mean over the distances from the sample before to the sample
+float mean[N_S]; // the factor of |D|^2 for which W is the mean of W at the sample and as far away as the one before
+float wide[N_S]; // 1 - q^2: how wide the interval from the sample before to the sample is
 
 // Computes them for sample i. The sample lies at f_i = ((b + i)/(N + 1))^spacing of R, but at least a texel from P on
 // either axis. Samples that are evenly spaced are never nearer.
@@ -25,7 +26,9 @@ void measure(Surface s, Steps steps, int i)
     float nearer = (even - 1.0) / even;
 #endif
     // q = f_(i-1)/f_i, with f_0 = 0.
-    mean[i - 1] = mean_of_squares(i > 1 ? nearer : 0.0);
+    float q = i > 1 ? nearer : 0.0;
+    mean[i - 1] = mean_of_squares(q);
+    wide[i - 1] = 1.0 - q * q;
 }
 #define MEASURE(i) measure(s, steps, i);
 
@@ -113,7 +116,9 @@ void look_at(inout Horizon h, Surface s, Direction d, Slice slice, int i)
     bool within = squared <= radius * radius && z < background && place.taken != vec2(0.0);
     bool accepted = seen && within && sine > h.sine;
     float rise = sine - h.tangent;
-#if defined(QUADRATURE_INTERVAL)
+#if defined(QUADRATURE_EXPECTED)
+    float weight = attenuation(mean[i - 1] * squared) * (1.0 + 0.25 * wide[i - 1] * (0.75 - rise));
+#elif defined(QUADRATURE_INTERVAL)
     float weight = attenuation(mean[i - 1] * squared);
 #elif defined(QUADRATURE_MEAN)
     float end = attenuation(squared);

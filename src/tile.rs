@@ -3,7 +3,7 @@
 //!
 //! For all methods but `ssao` it is the tile of ShaderX7 6.2 (Directions and jittering). Each texel is (cos a, sin a,
 //! b), where a is a random angle that is less than the angle between two directions, and b is a random fraction of a
-//! step. For `ssao` it is the tile of 6.1 (Randomly rotated kernel). Each texel is a random unit vector, by which the
+//! step. For `hbao-view` the 16 pairs of a and b are not random: they are spread evenly. For `ssao` it is the tile of 6.1 (Randomly rotated kernel). Each texel is a random unit vector, by which the
 //! offsets of the samples are turned.
 
 use crate::image::Image;
@@ -18,22 +18,23 @@ const SEED: u128 = 0x6862_616f_2008_0602;
 /// Makes the rotation tile for these settings, with 4x4 texels. The pixel at the window position (x, y), with y up,
 /// uses texel (x mod 4, y mod 4). The tile is the same on every platform.
 ///
-/// Each texel is (cos a, sin a, b), with a uniform in [0, 2 pi / N_d) and b uniform in [0, 1). Without jitter a = b =
-/// 0.
+/// Each texel is (cos a, sin a, b), with a uniform in [0, 2 pi / N_d) and b uniform in [0, 1). For `hbao-view` the 16
+/// pairs are not random, but spread evenly. Without jitter a = b = 0.
 ///
 /// For `ssao` each texel is a unit vector (x, y, z), uniform over the hemisphere z >= 0, and (0, 0, 1) without jitter.
 /// Vectors with z < 0 are left out because they would not vary the offsets any further, and because the rotation that
 /// carries (0, 0, 1) to (0, 0, -1) is not defined.
 #[must_use]
 pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
-    let vectors = settings.method.facts().tile == TileKind::Vectors;
+    let kind = settings.method.facts().tile;
+    let vectors = kind == TileKind::Vectors;
     if settings.jitter == Jitter::None {
         return Image::filled(4, 4, if vectors { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] });
     }
     let mut random = Pcg64Mcg::new(SEED);
     // The numbers have 24 bits, as many as float32 holds, so that b is still below 1 when it is rounded to float32.
     let mut uniform = move || (random.next_u64() >> 40) as f64 / (1u64 << 24) as f64;
-    Image::from_fn(4, 4, |_, _| {
+    Image::from_fn(4, 4, |x, y| {
         if vectors {
             // z is uniform because slices of a sphere that are equally high have equal areas. The square root is
             // correctly rounded on every platform.
@@ -41,10 +42,23 @@ pub fn rotation_tile(settings: &Settings) -> Image<[f32; 3]> {
             let across = (1.0 - z * z).sqrt();
             return [across * libm::cos(a), across * libm::sin(a), z].map(|c| c as f32);
         }
-        let a = uniform() * TAU / f64::from(settings.directions);
+        let [turn, b] = if kind == TileKind::EvenRotations { even(x, y) } else { [uniform(), uniform()] };
+        let a = turn * TAU / f64::from(settings.directions);
         // libm's sine is the same everywhere. The standard library's depends on the platform.
-        [libm::cos(a) as f32, libm::sin(a) as f32, uniform() as f32]
+        [libm::cos(a) as f32, libm::sin(a) as f32, b as f32]
     })
+}
+
+/// Returns two numbers in (0, 1) for the texel (x, y) of the tile. Over the 16 texels each takes every value (j +
+/// 1/2)/16, j = 0..15, once, and together they are spread evenly over the square (a Hammersley set). The first goes
+/// through the texels in the order of an ordered dither, so that every block of 2x2 texels, too, has one value in each
+/// quarter of the range.
+fn even(x: usize, y: usize) -> [f64; 2] {
+    let mixed = x ^ y;
+    let bits = [mixed & 1, y & 1, mixed >> 1, y >> 1];
+    let number = |bits: [usize; 4]| bits.iter().fold(0, |number, bit| 2 * number + bit);
+    let [a, b, c, d] = bits;
+    [[a, b, c, d], [d, c, b, a]].map(|bits| (number(bits) as f64 + 0.5) / 16.0)
 }
 
 /// Returns the unit vectors at the angles 2 pi k / `count`, for k = 0, 1, ..., `count` - 1.
@@ -78,6 +92,27 @@ mod tests {
         assert_eq!(vectors(Jitter::None), [DVec3::Z; 16]);
         let texel = tile[0].as_vec3().to_array();
         assert_eq!(texel.map(f32::to_bits), [3_178_113_546, 3_198_166_795, 1_064_481_443], "{texel:?}");
+    }
+
+    #[test]
+    fn the_tile_of_hbao_view_is_spread_evenly_over_every_block() {
+        let all: Vec<[f64; 2]> = (0..16).map(|i| even(i % 4, i / 4)).collect();
+        for k in [0, 1] {
+            let mut sorted: Vec<f64> = all.iter().map(|pair| pair[k]).collect();
+            sorted.sort_by(f64::total_cmp);
+            assert!(sorted.iter().enumerate().all(|(j, &value)| value == (j as f64 + 0.5) / 16.0), "{sorted:?}");
+        }
+        // One pair in each of the 16 squares of a 4x4 grid.
+        let mut cells: Vec<usize> = all.iter().map(|[a, b]| (4.0 * a) as usize * 4 + (4.0 * b) as usize).collect();
+        cells.sort_unstable();
+        assert!(cells.iter().enumerate().all(|(i, &cell)| i == cell), "{cells:?}");
+        // The tile repeats, so a block may start at any texel.
+        for (x, y) in (0..16).map(|i| (i % 4, i / 4)) {
+            let block = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| even((x + i) % 4, (y + j) % 4)[0]);
+            let mut quarters = block.map(|turn| (4.0 * turn) as usize);
+            quarters.sort_unstable();
+            assert_eq!(quarters, [0, 1, 2, 3], "{block:?} at {x}, {y}");
+        }
     }
 
     #[test]

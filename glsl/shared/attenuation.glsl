@@ -14,11 +14,11 @@ float attenuation(float squared)
 #endif
 }
 
-// Returns the factor of r^2 for which W is the mean of W over the distances from q r to r.
+// Returns the factor of r^2 for which W is the mean of W(q r) and W(r).
 float mean_of_squares(float q)
 {
 #if defined(ATTENUATION_QUADRATIC)
-    return (1.0 + q + q * q) / 3.0;
+    return 0.5 * (1.0 + q * q);
 #else
     return 0.25 * (1.0 + q) * (1.0 + q);
 #endif

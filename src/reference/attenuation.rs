@@ -12,10 +12,10 @@ pub(super) fn weight(attenuation: Attenuation, r: f64, radius: f64) -> f64 {
     }
 }
 
-/// Returns the mean of W over the distances from `q r` to `r`, with q from 0 to 1.
+/// Returns the mean of W(q r) and W(r), with q from 0 to 1.
 pub(super) fn mean_weight(attenuation: Attenuation, q: f64, r: f64, radius: f64) -> f64 {
     match attenuation {
-        Attenuation::Quadratic => 1.0 - (r / radius).powi(2) * (1.0 + q + q * q) / 3.0,
+        Attenuation::Quadratic => 1.0 - (r / radius).powi(2) * (1.0 + q * q) / 2.0,
         Attenuation::Linear => 1.0 - r / radius * (1.0 + q) / 2.0,
         Attenuation::None => 1.0,
     }

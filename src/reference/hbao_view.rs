@@ -87,10 +87,12 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
         }
         let rise = sine - ground(&sample);
         let end = scene.attenuation(r);
+        let q = scene.nearer(pixel, i);
         let weight = match scene.settings.quadrature {
             Quadrature::End => end,
             Quadrature::Mean => (end + last_weight) / 2.0,
-            Quadrature::Interval => scene.mean_attenuation(pixel, i, r),
+            Quadrature::Interval => scene.mean_attenuation(q, r),
+            Quadrature::Expected => scene.mean_attenuation(q, r) * (1.0 + 0.25 * (1.0 - q * q) * (0.75 - rise)),
         };
         let added = weight * (rise - previous);
         observer.adds(i, added);

@@ -217,11 +217,15 @@ impl<'a> MethodScene<'a> {
         }
     }
 
-    /// Returns the mean of W over the distances from the sample before sample i to sample i, which is at the distance
-    /// r: from q r to r, with q = ((b + i - 1)/(b + i))^spacing, and from 0 to r for the first.
-    pub(super) fn mean_attenuation(&self, pixel: &Pixel, i: u32, r: f64) -> f64 {
+    /// Returns q = ((b + i - 1)/(b + i))^spacing: the distance that the sample before sample i is meant to have, divided
+    /// by that of sample i. It is 0 for the first sample.
+    pub(super) fn nearer(&self, pixel: &Pixel, i: u32) -> f64 {
         let even = pixel.jitter[2] + f64::from(i);
-        let q = if i > 1 { ((even - 1.0) / even).powf(self.settings.spacing_read()) } else { 0.0 };
+        if i > 1 { ((even - 1.0) / even).powf(self.settings.spacing_read()) } else { 0.0 }
+    }
+
+    /// Returns the mean of W(q r) and W(r).
+    pub(super) fn mean_attenuation(&self, q: f64, r: f64) -> f64 {
         mean_weight(self.settings.attenuation, q, r, self.radius)
     }
 

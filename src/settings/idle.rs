@@ -1,6 +1,6 @@
 //! Tells which settings have no effect on ambient occlusion, given the values of the others, and why.
 
-use super::{Attenuation, Method, MethodBlur, Settings};
+use super::{Method, MethodBlur, Settings};
 use std::fmt;
 
 /// Why a setting has no effect on ambient occlusion. It is displayed as the end of a sentence, in the words of the
@@ -17,8 +17,6 @@ pub enum Idle {
     /// The setting chooses between full-size and half-size depth. At half resolution the method reads the same depths
     /// with both, those of the pixels (2i, 2j).
     HalfResolution,
-    /// The setting chooses where W is taken, and W is 1 everywhere.
-    NoAttenuation,
     /// The setting concerns pixels that hold several surfaces, and a pixel with one depth sample holds only one.
     OneSample,
 }
@@ -32,7 +30,6 @@ impl fmt::Display for Idle {
                 write!(f, "with --method {}, whose own blur is 4x4 (0 turns it off)", method.name())
             }
             Idle::HalfResolution => write!(f, "with --half-res, whose texels are those of the half-size depth"),
-            Idle::NoAttenuation => write!(f, "with --attenuation none"),
             Idle::OneSample => write!(f, "with --msaa 1"),
         }
     }
@@ -53,7 +50,6 @@ impl Settings {
                 Some(Idle::OwnBlur(self.method))
             }
             "ssao-depth" if self.half_res => Some(Idle::HalfResolution),
-            "quadrature" if self.attenuation == Attenuation::None => Some(Idle::NoAttenuation),
             "edges" if self.msaa == 1 => Some(Idle::OneSample),
             _ => None,
         }

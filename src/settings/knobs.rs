@@ -266,7 +266,8 @@ knobs! {
          more they lie nearer to the pixel";
     "quadrature" "RULE" quadrature Word: Quadrature =
         "hbao-view: W over a rise of the horizon: end takes W at the sample that rises, mean the mean of it and of W at \
-         the sample that rose before, interval the mean of W between the sample and the one before";
+         the sample that rose before, interval the mean of it and of W as far away as the sample \
+         before, expected the same times the rise to be expected between the two samples";
     "normals" "NORMALS" normals Word: Normals =
         "The source of normals: derivative takes screen derivatives of the position, vertex interpolates the \
          vertices' normals";

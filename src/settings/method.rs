@@ -52,8 +52,10 @@ pub enum MethodBlur {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TileKind {
-    /// (cos a, sin a, b): the directions are rotated by the angle a, and b is a fraction of a step.
+    /// (cos a, sin a, b), at random: the directions are rotated by the angle a, and b is a fraction of a step.
     Rotations,
+    /// The same, but with the 16 pairs of a and b spread evenly over their ranges.
+    EvenRotations,
     /// A unit vector, by which the offsets of samples are rotated or reflected.
     Vectors,
 }
@@ -158,6 +160,7 @@ macro_rules! methods {
                     ],
                     defaults: |settings| Settings { exit: Exit::Shorten, snap: Snap::Sample, ..settings },
                     depth_sigma: 1.0 / 16.0,
+                    tile: TileKind::EvenRotations,
                     marker: filled(HEXAGON),
                     ..ALONG_DIRECTIONS
                 }

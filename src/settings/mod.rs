@@ -146,7 +146,7 @@ impl Default for Settings {
             exit: Exit::default(),
             grounding: Grounding::default(),
             zenith: Zenith::default(),
-            spacing: 1.5,
+            spacing: 2.0,
             quadrature: Quadrature::default(),
             normals: Normals::default(),
             jitter: Jitter::default(),
