@@ -37,9 +37,15 @@ struct Slice {
     float sine;   // sine of t(theta), the elevation over a of the surface's tangent in this plane
     float cosine; // cosine of t(theta)
     float ray;    // |r|
-    vec2 up;      // what a texel to the right and one up in the image, at the depth 1 in perspective, add to D.up
-    vec2 ahead;   // and what they add to D.ahead
+    vec2 up;      // x and y of the vector up
+    vec2 ahead;   // x and y of the vector ahead
+    float least;  // the least share of an offset that D.ahead must be
 };
+
+// A sample nearly at a right angle to its slice, as the picture's border can make it, has no elevation in the slice:
+// what is left of D there is little more than a rounding error. This is the least share, relative to that of a sample
+// in the slice.
+const float BESIDE = 1.0 / 16.0;
 
 // Returns the slice in the direction e of the image, a unit vector in eye space.
 //
@@ -66,8 +72,9 @@ Slice slice_at(Surface s, vec2 e)
     result.sine = -na * inversesqrt(squared);
     result.cosine = nv * inversesqrt(squared);
     vec2 back = dot(n, b) / squared * b.xy;
-    result.up = (nv * back - r.xy / result.ray) * pixel;
-    result.ahead = (na * back + a.xy) * pixel;
+    result.up = nv * back - r.xy / result.ray;
+    result.ahead = na * back + a.xy;
+    result.least = BESIDE * max(abs(result.ahead.x), abs(result.ahead.y));
     return result;
 }
 
@@ -94,17 +101,18 @@ void look_at(inout Horizon h, Surface s, Direction d, Slice slice, int i)
 #else
     // D = S - P, by its sine of elevation and its length.
 #ifdef ZENITH_VIEW
-    // D is (z - P.z) r plus the offset at the depth z; r.up = -|r| and r.ahead = 0.
+    // D is (z - P.z) r plus the offset, in perspective at the depth z; r.up = -|r| and r.ahead = 0.
+    vec2 offset = place.at * pixel;
+    float ahead = dot(slice.ahead, offset);
+    // What snapping has moved behind P in the slice belongs to the opposite direction.
+    bool seen = ahead > slice.least * max(abs(offset.x), abs(offset.y));
 #ifdef ORTHOGRAPHIC
-    float up = dot(slice.up, place.at) - (z - s.z);
-    float ahead = dot(slice.ahead, place.at);
+    float up = dot(slice.up, offset) - (z - s.z);
 #else
-    float up = z * dot(slice.up, place.at) - slice.ray * (z - s.z);
-    float ahead = z * dot(slice.ahead, place.at);
+    float up = z * dot(slice.up, offset) - slice.ray * (z - s.z);
+    ahead *= z;
 #endif
     float squared = up * up + ahead * ahead;
-    // What snapping has moved behind P in the slice belongs to the opposite direction.
-    bool seen = ahead > 0.0;
 #else
     vec3 D = from_surface(s, place.at, z);
     float up = -D.z;

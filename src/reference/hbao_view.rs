@@ -25,7 +25,14 @@ struct Slice {
     /// D.up and D.ahead are how far a sample lies above P towards the eye, and how far beside it in the slice.
     up: DVec3,
     ahead: DVec3,
+    /// The least share of an offset that D.ahead must be.
+    least: f64,
 }
+
+/// A sample nearly at a right angle to its slice, as the picture's border can make it, has no elevation in the slice:
+/// what is left of D there is little more than a rounding error. This is the least share, relative to that of a sample
+/// in the slice.
+const BESIDE: f64 = 1.0 / 16.0;
 
 /// Returns the slice in the direction e of the image, a unit vector in eye space.
 ///
@@ -44,7 +51,8 @@ fn slice(pixel: &Pixel, e: DVec2) -> Slice {
     let m = nv.hypot(na);
     let (sine, cosine) = (-na / m, nv / m);
     let (n, T) = (n / m, (nv * a - na * v) / m);
-    Slice { sine, cosine, up: cosine * n + sine * T, ahead: cosine * T - sine * n }
+    let (up, ahead) = (cosine * n + sine * T, cosine * T - sine * n);
+    Slice { sine, cosine, up, ahead, least: BESIDE * ahead.truncate().abs().max_element() }
 }
 
 /// Returns the sum of Eq. 6.2.9 in direction k.
@@ -71,9 +79,11 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
         let (up, r, seen) = match zenith {
             Zenith::View => {
                 let (up, ahead) = (sample.D.dot(slice.up), sample.D.dot(slice.ahead));
-                let r = up.hypot(ahead);
+                // D is (z - P.z) r plus the offset, in perspective at the depth z.
+                let offset = (sample.D - sample.D.z * pixel.r).truncate();
                 // What snapping has moved behind P in the slice belongs to the opposite direction.
-                (up, r, ahead > shift.comparison * r)
+                let least = slice.least * offset.abs().max_element();
+                (up, up.hypot(ahead), ahead > least * (1.0 + shift.comparison))
             }
             Zenith::Axis => (-sample.D.z, sample.D.length(), true),
         };

@@ -55,7 +55,8 @@ fn every_plane_is_open_from_every_view() {
         raw(2.0),
         Settings { steps: 16, spacing: 2.0, quadrature: Quadrature::Mean, ..raw(2.0) },
         Settings { snap: Snap::Step, spacing: 1.0, exit: Exit::Paper, ..raw(2.0) },
-        Settings { bias: 0.3, zenith: Zenith::Axis, ..raw(2.0) },
+        Settings { bias: 0.3, ..raw(2.0) },
+        Settings { zenith: Zenith::Axis, ..raw(2.0) },
     ] {
         let mut ao = AmbientOcclusion::new(context.gl().clone(), SIZE, &settings).unwrap();
         for view in &views {
@@ -105,9 +106,9 @@ fn about_the_z_axis_with_even_steps_it_is_the_chapters_method() {
     }
 }
 
-/// R = 8, 4 directions to the right, up, left and down, and no jitter, in an orthographic view from straight above.
+/// R = 8.8, 4 directions to the right, up, left and down, and no jitter, in an orthographic view from straight above.
 fn right_angles(steps: u32, spacing: f64, quadrature: Quadrature) -> Settings {
-    Settings { directions: 4, steps, spacing, quadrature, jitter: Jitter::None, ..raw(8.0) }
+    Settings { directions: 4, steps, spacing, quadrature, jitter: Jitter::None, ..raw(8.8) }
 }
 
 /// Compares the shader and the twin with a visibility that depends only on a texel's column.
@@ -122,12 +123,12 @@ fn hold_columns(view: &ByHand, settings: &Settings, skip: &[usize], expected: im
 }
 
 /// On a floor that faces the eye, t = 0, so a column of height h at m texels occludes by h / sqrt(m^2 + h^2) times W.
-/// With 3 steps, samples are at 2, 4 and 6 texels, and q is 0, 1/2 and 2/3. With the spacing 2 they are meant to be at
-/// 1/2, 2 and 9/2 texels. The first is moved to 1, the last is rounded to 5, and q is 0, 1/4 and 4/9.
+/// With 3 steps, samples are meant to be at 2.2, 4.4 and 6.6 texels, and q is 0, 1/2 and 2/3. With the spacing 2 they are
+/// meant to be at 0.55, 2.2 and 4.95 texels. The first is moved to 1, and q is 0, 1/4 and 4/9.
 #[test]
 fn each_quadrature_weighs_a_rise_by_its_closed_form() {
     const H: f64 = 3.0;
-    for (spacing, at) in [(1.0, [(2, 0.0), (4, 0.5), (6, 2.0 / 3.0)]), (2.0, [(1, 0.0), (2, 0.25), (5, 4.0 / 9.0)])] {
+    for (spacing, at) in [(1.0, [(2, 0.0), (4, 0.5), (7, 2.0 / 3.0)]), (2.0, [(1, 0.0), (2, 0.25), (5, 4.0 / 9.0)])] {
         for attenuation in [Attenuation::Quadratic, Attenuation::Linear, Attenuation::None] {
             for quadrature in [Quadrature::End, Quadrature::Mean, Quadrature::Interval] {
                 let settings = Settings { attenuation, ..right_angles(3, spacing, quadrature) };
@@ -140,7 +141,7 @@ fn each_quadrature_weighs_a_rise_by_its_closed_form() {
                     let m = x.abs_diff(20);
                     let Some((_, q)) = at.iter().find(|(place, _)| *place == m) else { return 1.0 };
                     let r = ((m * m) as f64 + H * H).sqrt();
-                    let u = r / 8.0;
+                    let u = r / 8.8;
                     // Simpson's rule is exact for W, which is at most a parabola.
                     let mean = (w(q * u) + 4.0 * w((1.0 + q) / 2.0 * u) + w(u)) / 6.0;
                     let weight = match quadrature {
@@ -175,38 +176,44 @@ fn valley(half: usize) -> ByHand {
     heights((2 * half as u32, 2 * half as u32), |x, _| x_of(x).abs(), |x, _| [x_of(x).signum(), 0.0])
 }
 
-/// Returns A of the valley at 5.5 texels from the crease for every 45 of its half width, and the closed form of rays.
-fn in_the_valley(times: usize, settings: impl Fn(f64) -> Settings) -> (f64, f64) {
+/// Returns the RMSE from rays on the slope of a valley of 90 `times` texels, from 2.5 to 26.5 texels from the crease for
+/// every 45 of its half width.
+fn error_in_the_valley(times: usize, settings: impl Fn(f64) -> Settings) -> f64 {
     let half = 45 * times;
     let radius = half as f64 * 8.0 / 9.0;
-    let (view, pixel) = (valley(half), half + 5 * times);
-    let a = view.by_twin(&settings(radius)).at(pixel, half);
-    let q = (5.0 * times as f64 + 0.5) * 2f64.sqrt() / radius;
-    (a, 1.0 - (1.0 - q).powi(2) / 2.0)
+    let a = valley(half).by_twin(&settings(radius));
+    let away = (2 * times..=26 * times).step_by(times);
+    let differences = away.map(|away| {
+        let q = (away as f64 + 0.5) * 2f64.sqrt() / radius;
+        a.at(half + away, half) - (1.0 - (1.0 - q).max(0.0).powi(2) / 2.0)
+    });
+    (differences.map(|d| d * d).sum::<f64>() / 25.0).sqrt()
 }
 
-/// Nothing of the valley is hidden from the eye. The error of the default falls to nothing as the work grows.
+/// Nothing of the valley is hidden from the eye. The error falls to nothing as the work grows.
 #[test]
 fn with_more_samples_and_texels_a_valley_becomes_as_open_as_to_rays() {
     for quadrature in [Quadrature::Interval, Quadrature::End] {
-        let errors: Vec<f64> = [(1, 8, 6), (2, 16, 14), (4, 64, 60)]
-            .into_iter()
-            .map(|(times, directions, steps)| {
-                let of = |radius| Settings { directions, steps, quadrature, jitter: Jitter::None, ..raw(radius) };
-                let (a, rays) = in_the_valley(times, of);
-                (a - rays).abs()
-            })
-            .collect();
-        assert!(errors[1] < errors[0] && errors[2] < errors[1] && errors[2] < 0.006, "{quadrature:?}: {errors:?}");
+        let of = |directions, steps, quadrature| {
+            move |radius| Settings { directions, steps, quadrature, jitter: Jitter::None, ..raw(radius) }
+        };
+        let errors = [(1, 4, 4), (2, 16, 16), (4, 64, 64)]
+            .map(|(times, directions, steps)| error_in_the_valley(times, of(directions, steps, quadrature)));
+        assert!(
+            errors[1] < 0.6 * errors[0] && errors[2] < 0.6 * errors[1] && errors[2] < 0.01,
+            "{quadrature:?}: {errors:?}"
+        );
     }
 }
 
-/// The mean over an interval loses its correction as the intervals shrink; the mean with the last accepted sample too,
-/// where every sample is accepted.
+/// The mean over an interval loses its correction as the intervals shrink, and the mean of two ends where every sample
+/// raises the horizon.
 #[test]
 fn the_quadratures_agree_in_the_limit() {
+    const HALF: usize = 90;
+    let view = valley(HALF);
     let spread = |steps: u32| {
-        let of = |quadrature| in_the_valley(4, |radius| Settings { steps, quadrature, ..raw(radius) }).0;
+        let of = |quadrature| view.by_twin(&Settings { steps, quadrature, ..raw(80.0) }).at(HALF + 10, HALF);
         let all = [Quadrature::End, Quadrature::Mean, Quadrature::Interval].map(of);
         all.iter().copied().fold(f64::MIN, f64::max) - all.iter().copied().fold(f64::MAX, f64::min)
     };
@@ -217,7 +224,7 @@ fn the_quadratures_agree_in_the_limit() {
 /// In perspective too: of a floor and a wall that the camera sees completely, the converged method is as open as to rays.
 #[test]
 fn converged_in_perspective_it_meets_rays_on_what_the_eye_sees() {
-    const SIZE: (usize, usize) = (240, 180);
+    const SIZE: (usize, usize) = (160, 120);
     let shot = scenes::floor_and_wall();
     let camera = shot.camera((SIZE.0 as u32, SIZE.1 as u32));
     let surfaces = gbuffer(&shot.mesh, &camera, SIZE, Normals::Derivative, [0.0; 2]);
@@ -229,7 +236,7 @@ fn converged_in_perspective_it_meets_rays_on_what_the_eye_sees() {
     let pixels: Vec<usize> = (0..SIZE.0 * SIZE.1)
         .filter(|i| {
             let (x, y) = (i % SIZE.0, i / SIZE.0);
-            (80..160).contains(&x) && (60..95).contains(&y) && x % 5 == 0 && y % 5 == 0
+            (53..107).contains(&x) && (40..63).contains(&y) && x % 4 == 0 && y % 3 == 0
         })
         .filter(|&i| view.depth.texels[i].is_finite())
         .collect();
@@ -286,7 +293,8 @@ fn random_heights_match_the_twin_under_every_way_to_take_and_weigh_samples() {
                     (Zenith::Axis, Quadrature::Interval, Attenuation::Quadratic),
                     (Zenith::Axis, Quadrature::End, Attenuation::None),
                 ] {
-                    let settings = Settings { snap, spacing, clamp, zenith, quadrature, attenuation, ..raw(2.0) };
+                    let few = Settings { directions: 6, steps: 6, ..raw(2.0) };
+                    let settings = Settings { snap, spacing, clamp, zenith, quadrature, attenuation, ..few };
                     let got = view.by_shader(context.gl(), &settings);
                     let tile = rotation_tile(&settings);
                     twin::hold_visibility(&got, &view.twin_inputs(&tile), &settings, &settings.to_toml());
