@@ -2,9 +2,9 @@
 // in place of the Z axis. In perspective a line in the image is one azimuth about v, and not about the Z axis.
 // The float64 twin is src/reference/hbao_view.rs.
 //
-// Compiled in, in addition to what the shared pieces list: BIAS, if the angle bias is above 0; one of ATTENUATION_*; one
-// of ZENITH_*; one of QUADRATURE_*; SPACED(x), the power of x by which samples are spaced, if it is not x itself; and
-// FLOOR, as in hbao.frag.
+// Compiled in, in addition to what the shared pieces list: BIAS, if the angle bias is above 0; one of ATTENUATION_*;
+// one of ZENITH_*; one of QUADRATURE_*; SPACED(x), the power of x by which samples are spaced, if it is not x itself;
+// and FLOOR, as in hbao.frag.
 out float out_0;
 
 // What the samples i = 1..N_S of a pixel have in common in all directions, at the index i - 1.
@@ -61,7 +61,7 @@ Slice slice_at(Surface s, vec2 e)
     result.ray = length(r);
     float inverse = inversesqrt(max(dot(s.n, s.n), 1e-36));
     vec3 n = s.n * inverse;
-    // n.v can be 0 if the surface is seen edge-on.
+    // n.v can be 0 if the surface is seen edge-on. Such a normal is turned a little towards the eye.
     float nv = max(s.facing * inverse / result.ray, 1e-6);
     // b is the slice's unit normal, and a = b x r / |r|.
     vec3 b = vec3(-e.y, e.x, r.x * e.y - r.y * e.x);
@@ -155,7 +155,7 @@ void main()
     float occlusion = 0.0;
     for (int k = 0; k < N_D; ++k) {
         Direction d = direction(k, steps.px, s.jitter);
-        // A step is as long on either axis as the texels are many, so that in eye space it has the direction itself.
+        // A step on either axis has the same length in eye space, so that the unit vector is its direction there.
         Slice slice = slice_at(s, turned(directions[k], s.jitter));
 #ifdef ZENITH_VIEW
         float tangent = raised(slice.sine, slice.cosine);

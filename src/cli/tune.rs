@@ -27,9 +27,10 @@ ambient occlusion and its blur, as in 'hbao trade'.
 The search varies method, directions, steps, rays, half-res, blur, blur-kernel, edges, jitter and the formats, and for
 ssao also its samples, depth, normals and curve. The strength of a combination near the goal becomes the one that fits
 its image best. If a flag or a line of --settings sets one of them, the search does not vary it. The radius,
-attenuation, bias and msaa are never varied, and all other settings keep each method's default unless they are set. An RMSE over all pixels hardly reflects the pattern of 4x4 pixels that the jitter leaves,
-or banding. It hardly reflects jagged edges either, because few pixels are edges. Give --jitter tile --blur 9 --edges
-supersample to keep the settings that prevent these artefacts.
+attenuation, bias and msaa are never varied, and all other settings keep each method's default unless they are set. An
+RMSE over all pixels hardly reflects the pattern of 4x4 pixels that the jitter leaves, or banding. It hardly reflects
+jagged edges either, because few pixels are edges. Give --jitter tile --blur 9 --edges supersample to keep the settings
+that prevent these artefacts.
 
 The combinations are rendered once for their error, those with the least work first. For --max-error, a combination is
 not rendered if it certainly needs no less work than an earlier one that meets the goal. For --max-ms, it is not

@@ -56,9 +56,9 @@ pub fn chapter(base: &Settings) -> Vec<Settings> {
 }
 
 /// Returns the combinations of a sweep: every method, the sample counts of Table 6.2.1 and others, half resolution,
-/// blurs and formats. All have the radius, the strength and the attenuation of `base`, and its early exit if that is not
-/// the default of its method. All have one depth sample per pixel, because the truth is traced from the centres of the
-/// pixels.
+/// blurs and formats. All have the radius, the strength and the attenuation of `base`, and its early exit if that is
+/// not the default of its method. All have one depth sample per pixel, because the truth is traced from the centres of
+/// the pixels.
 pub fn sweep(base: &Settings) -> Vec<Settings> {
     let of = |method: Method| of_method(base, method);
     let with = |settings: Settings, directions: u32, steps: u32| Settings { directions, steps, ..settings };
@@ -204,6 +204,15 @@ mod tests {
             let chapter = chapter(&Settings::default());
             let settings = chapter.iter().find(is).unwrap();
             assert!(all.contains(settings) && (settings.blur, settings.msaa) == (9, 1));
+        }
+        let with = |method, counts: (u32, u32), blur| {
+            all.iter().any(|s| s.method == method && (s.directions, s.steps) == counts && s.blur == blur && !s.half_res)
+        };
+        for counts in [(2, 4), (4, 4), (4, 8), (8, 8), (16, 16)] {
+            assert!(with(Method::HbaoView, counts, 9), "{counts:?}");
+        }
+        for counts in [(4, 2), (4, 4), (4, 8), (8, 8), (16, 8), (16, 16)] {
+            assert!(with(Method::Hbao, counts, 0) && with(Method::HbaoView, counts, 0), "{counts:?}");
         }
         for (i, settings) in all.iter().enumerate() {
             settings.validate().unwrap();

@@ -194,8 +194,8 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     defines
 }
 
-/// Returns x to this power, from 1 on, as a GLSL expression; `None` for x itself. Products and roots take less time than
-/// a power, and are more precise.
+/// Returns x to this power, from 1 on, as a GLSL expression; `None` for x itself. Products and roots take less time
+/// than a power, and are more precise.
 fn spaced(power: f64) -> Option<String> {
     if power == 1.0 {
         None

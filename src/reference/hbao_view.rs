@@ -38,14 +38,15 @@ const BESIDE: f64 = 1.0 / 16.0;
 ///
 /// X = D.n' is how high S lies above the surface, C = D.T how far along it, and turned by t these are D.up and D.ahead.
 /// That is up = v and ahead = a, but for a sample that snapping has moved beside the slice: up and ahead take it back
-/// into the slice along the tangent plane. So the elevation of a sample on the tangent plane is t, whatever its azimuth.
+/// into the slice along the tangent plane. So the elevation of a sample on the tangent plane is t, whatever its
+/// azimuth.
 fn slice(pixel: &Pixel, e: DVec2) -> Slice {
     let r = pixel.r.normalize();
     let n = pixel.n.normalize_or_zero();
     // b is the slice's unit normal.
     let b = r.cross(e.extend(0.0)).normalize();
     let (v, a) = (-r, b.cross(r));
-    // n.v can be 0 if the surface is seen edge-on. n is what it would be then.
+    // n.v can be 0 if the surface is seen edge-on. Such a normal is turned a little towards the eye.
     let (nv, na) = (n.dot(v).max(1e-6), n.dot(a));
     let n = nv * v + na * a + n.dot(b) * b;
     let m = nv.hypot(na);
@@ -58,7 +59,7 @@ fn slice(pixel: &Pixel, e: DVec2) -> Slice {
 /// Returns the sum of Eq. 6.2.9 in direction k.
 fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer: &mut dyn Observer) -> f64 {
     let direction = scene.direction(pixel, k, shift);
-    // A step is as long on either axis as the texels are many, so that in eye space it has the direction itself.
+    // A step on either axis has the same length in eye space, so that the unit vector is its direction there.
     let slice = slice(pixel, scene.turned(pixel, k));
     let zenith = scene.settings.zenith;
     let start = match zenith {

@@ -36,8 +36,8 @@ impl Settings {
         self.method.reads("exit").then_some(self.exit)
     }
 
-    /// Returns the early exit for another method with which these settings are compared: the settings' own, if it is not
-    /// the default of their method, and otherwise the default of the other method.
+    /// Returns the early exit for another method with which these settings are compared: the settings' own, if it is
+    /// not the default of their method, and otherwise the default of the other method.
     pub(crate) fn exit_for(&self, method: Method) -> Exit {
         let default = |method| Settings::for_method(method).exit;
         if self.exit == default(self.method) { default(method) } else { self.exit }

@@ -147,7 +147,8 @@ macro_rules! methods {
                     ..ALONG_DIRECTIONS
                 }
             }
-            /// Beyond the papers: Eq. 6.2.9 about the view ray in place of the Z axis, with samples that are denser near P.
+            /// Beyond the papers: Eq. 6.2.9 about the view ray in place of the Z axis, with samples that are denser
+            /// near P.
             HbaoView = "hbao-view" {
                 twin: [hbao_view],
                 shader: ["shared/attenuation.glsl", "shared/sampling.glsl", "shared/tangent.glsl", "hbao_view.frag"],

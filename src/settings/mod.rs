@@ -213,9 +213,9 @@ impl Settings {
         if self.half_res && self.method.reads("half-res") { 2 } else { 1 }
     }
 
-    /// Returns the depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is the
-    /// method's share ([`MethodFacts::depth_sigma`]) of the distance within which the method looks for occluders: of R,
-    /// or for `ssao` of 2 P.z l_n, the offset in depth of its farthest sample.
+    /// Returns the depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is
+    /// the method's share ([`MethodFacts::depth_sigma`]) of the distance within which the method looks for occluders:
+    /// of R, or for `ssao` of 2 P.z l_n, the offset in depth of its farthest sample.
     ///
     /// # Errors
     /// [`Error::Usage`] if the sigma follows from a radius in percent.
@@ -244,8 +244,8 @@ impl Settings {
         })
     }
 
-    /// Returns the power by which the method spaces its samples; 1 for a method that reads no spacing, whose samples are
-    /// evenly spaced.
+    /// Returns the power by which the method spaces its samples; 1 for a method that reads no spacing, whose samples
+    /// are evenly spaced.
     pub(crate) fn spacing_read(&self) -> f64 {
         if self.method.reads("spacing") { self.spacing } else { 1.0 }
     }

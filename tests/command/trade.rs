@@ -48,6 +48,16 @@ fn it_prints_a_table_and_writes_rows_a_table_and_a_plot() {
             .any(|other| !exits(other) && number(other, "ms") < number(row, "ms") && number(other, "rmse") < rmse);
         assert_eq!(row["pareto"], !exits(row) && !beaten, "{row}");
         assert!(row["method"] == "none" || number(row, "ms") > 0.0);
+        // A row without a blur spends all its time on ambient occlusion itself.
+        let (ms, ao_ms) = (number(row, "ms"), number(row, "ao_ms"));
+        assert!(ao_ms <= ms && (ao_ms == ms) == (row["blur"] == 0), "{row}");
+        // A strength that is not the one in use is better or as good.
+        if row["method"] == "none" || row["method"] == "ssao" {
+            assert!(row["best_strength"].is_null() && row["rmse_at_best_strength"].is_null(), "{row}");
+        } else {
+            let (best, left) = (number(row, "best_strength"), number(row, "rmse_at_best_strength"));
+            assert!((0.05..20.0).contains(&best) && left <= rmse + 1e-6, "{row}");
+        }
     }
     let open = rows.iter().find(|row| row["method"] == "none").unwrap();
     assert!(number(open, "bias") > 0.05 && number(open, "bias") == number(open, "mae"), "A = 1 is too open everywhere");

@@ -125,8 +125,8 @@ fn hold_columns(view: &ByHand, settings: &Settings, skip: &[usize], expected: im
 }
 
 /// On a floor that faces the eye, t = 0, so a column of height h at m texels occludes by h / sqrt(m^2 + h^2) times W.
-/// With 3 steps, samples are meant to be at 2.2, 4.4 and 6.6 texels, and q is 0, 1/2 and 2/3. With the spacing 2 they are
-/// meant to be at 0.55, 2.2 and 4.95 texels. The first is moved to 1, and q is 0, 1/4 and 4/9.
+/// With 3 steps, samples are meant to be at 2.2, 4.4 and 6.6 texels, and q is 0, 1/2 and 2/3. With the spacing 2 they
+/// are meant to be at 0.55, 2.2 and 4.95 texels. The first is moved to 1, and q is 0, 1/4 and 4/9.
 #[test]
 fn each_quadrature_weighs_a_rise_by_its_closed_form() {
     const H: f64 = 3.0;
@@ -178,8 +178,8 @@ fn valley(half: usize) -> ByHand {
     heights((2 * half as u32, 2 * half as u32), |x, _| x_of(x).abs(), |x, _| [x_of(x).signum(), 0.0])
 }
 
-/// Returns the RMSE from rays on the slope of a valley of 90 `times` texels, from 2.5 to 26.5 texels from the crease for
-/// every 45 of its half width.
+/// Returns the RMSE from rays on the slope of a valley of 90 `times` texels, from 2.5 to 26.5 texels from the crease
+/// for every 45 of its half width.
 fn error_in_the_valley(times: usize, settings: impl Fn(f64) -> Settings) -> f64 {
     let half = 45 * times;
     let radius = half as f64 * 8.0 / 9.0;
@@ -223,7 +223,8 @@ fn the_quadratures_agree_in_the_limit() {
     assert!(spreads[1] < 0.5 * spreads[0] && spreads[2] < 0.5 * spreads[1], "{spreads:?}");
 }
 
-/// In perspective too: of a floor and a wall that the camera sees completely, the converged method is as open as to rays.
+/// In perspective too: of a floor and a wall that the camera sees completely, the converged method is as open as to
+/// rays.
 #[test]
 fn converged_in_perspective_it_meets_rays_on_what_the_eye_sees() {
     const SIZE: (usize, usize) = (160, 120);

@@ -84,8 +84,8 @@ impl Requirements {
     }
 }
 
-/// Returns the index of a method's number in [`Requirements::edge_pixels`]. The depth sigma of the method's blur decides
-/// which pixels are edges.
+/// Returns the index of a method's number in [`Requirements::edge_pixels`]. The depth sigma of the method's blur
+/// decides which pixels are edges.
 pub(super) fn edge_kind(method: Method) -> usize {
     let facts = method.facts();
     match facts.blur {

@@ -35,8 +35,8 @@ pub struct Tuner<'a> {
 }
 
 impl<'a> Tuner<'a> {
-    /// Prepares a search on a view. The search keeps the radius, attenuation, bias and number of depth samples of `base`,
-    /// and every setting that `pinned` names. The radius must be in scene units.
+    /// Prepares a search on a view. The search keeps the radius, attenuation, bias and number of depth samples of
+    /// `base`, and every setting that `pinned` names. The radius must be in scene units.
     ///
     /// # Errors
     /// [`Error::Gl`] if the driver refuses a shader, an allocation or a call. [`Error::Usage`] if `half-res` and a

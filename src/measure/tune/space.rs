@@ -158,9 +158,9 @@ pub(super) fn key(settings: &Settings) -> String {
 }
 
 /// Returns whether `a` certainly takes no more work than `b`: either `a` has no pass at all, or they differ only in
-/// numbers of samples, in the strength and in the blur, and `a` has no larger number and no more blur. `exits` says whether `b` may exit
-/// early at some pixel. If so, `a` must not have fewer steps: with fewer steps each is longer, so `a` may have to
-/// compute pixels at which `b` exits.
+/// numbers of samples, in the strength and in the blur, and `a` has no larger number and no more blur. `exits` says
+/// whether `b` may exit early at some pixel. If so, `a` must not have fewer steps: with fewer steps each is longer, so
+/// `a` may have to compute pixels at which `b` exits.
 pub(super) fn no_more_work(a: &Settings, b: &Settings, exits: bool) -> bool {
     if !a.method.computes() {
         return true;

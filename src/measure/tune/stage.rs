@@ -44,8 +44,8 @@ impl<'a> Stage<'a> {
         errors.ok_or_else(Errors::of_nothing)
     }
 
-    /// Renders this combination once, and returns the strength with which it would be nearest to the truth at the pixels
-    /// where `covered` is true.
+    /// Renders this combination once, and returns the strength with which it would be nearest to the truth at the
+    /// pixels where `covered` is true.
     pub(super) fn best_strength(
         &mut self,
         settings: &Settings,

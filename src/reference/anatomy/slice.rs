@@ -3,8 +3,8 @@
 use super::super::observer::{HorizonSample, Observer};
 use glam::{DVec2, DVec3};
 
-/// One direction around a pixel, as a horizon method (`hbao`, `hbao-talk`, `hbao-view`) walks along it. Angles are given by their
-/// sines, as the methods compute them.
+/// One direction around a pixel, as a horizon method (`hbao`, `hbao-talk`, `hbao-view`) walks along it. Angles are
+/// given by their sines, as the methods compute them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slice {
     /// The direction in the image, turned by the tile's angle: a unit vector, with y up.
@@ -73,8 +73,8 @@ pub struct SampleAnatomy {
 pub struct Found {
     /// S - P in eye space, in scene units.
     pub D: DVec3,
-    /// The sine of the elevation phi of the sample: -D.z / |D|, or with `hbao-view` that over the plane perpendicular to
-    /// the view ray.
+    /// The sine of the elevation phi of the sample: -D.z / |D|, or with `hbao-view` that over the plane perpendicular
+    /// to the view ray.
     pub sin_phi: f64,
     /// The sine of the tangent that the sample is measured from: t_i towards the sample in `hbao` with `grounding =
     /// sample` and in `hbao-view` with `zenith = axis`, and t(theta) otherwise.

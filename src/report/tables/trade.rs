@@ -10,8 +10,8 @@ use hbao::measure::table::{Column, Table};
 use hbao::measure::trade::TradeRow;
 
 /// Makes the table of the time and the errors of a sweep. The first column has a star if no other combination is better
-/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. The last two
-/// columns have the strength with which the RMSE would be the least, and that RMSE. `flip_places` is
+/// in both time and RMSE. The column `exits` has the share of texels at which the method exits early. The columns
+/// `best S` and `its RMSE` have the strength with which the RMSE would be the least, and that RMSE. `flip_places` is
 /// the number of decimal places of FLIP.
 pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
     let columns = [
@@ -26,9 +26,9 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
         Column::right("bias", 9),
         Column::right("max", 8),
         Column::right("FLIP", 8),
-        Column::right("edge RMSE", 11),
         Column::right("best S", 8),
         Column::right("its RMSE", 10),
+        Column::right("edge RMSE", 11),
     ];
     Table::new(columns).filled(rows.iter().map(|row| {
         let e = &row.errors;
@@ -44,9 +44,9 @@ pub(crate) fn sweep(rows: &[TradeRow], flip_places: usize) -> Table {
             format!("{:+.4}", e.bias),
             format!("{:.3}", e.max),
             optional(e.flip, flip_places),
-            optional(row.edge_errors.map(|edge| edge.rmse), 4),
             optional(row.best_strength.map(|best| best.strength), 2),
             optional(row.best_strength.map(|best| best.rmse), 4),
+            optional(row.edge_errors.map(|edge| edge.rmse), 4),
         ]
     }))
 }
