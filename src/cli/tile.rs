@@ -49,7 +49,7 @@ pub(crate) struct Region {
 pub(crate) fn argument() -> Arg {
     let help = "Render only column X of N from the left and row Y of M from the top, both counted from 0, of the image that \
                 --size says, as they are in that image. For images above the driver's limit, and for several machines";
-    valued("tile", "X/N,Y/M", help)
+    valued("tile", "X/N,Y/M", help).allow_hyphen_values(true)
 }
 
 impl Tile {
