@@ -237,8 +237,8 @@ fn notice(
 }
 
 /// Returns the metadata of an image: the text of a settings file, followed by the table `render` with everything else
-/// that determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same image
-/// by EGL and by OSMesa, and without the backend the two files are equal to the byte.
+/// that determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same
+/// image by EGL and by OSMesa, and without the backend the two files are equal to the byte.
 fn origin(settings: &Settings, mut render: toml::Table, wanted: &Wanted, context: &Context, samples: u32) -> String {
     let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
     let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);

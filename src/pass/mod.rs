@@ -91,8 +91,8 @@ impl Grid {
         (self.full.0.div_ceil(self.scale[0]), self.full.1.div_ceil(self.scale[1]))
     }
 
-    /// Returns the size of the whole picture in texels of the grid. It need not be a whole number. The full image is that
-    /// picture, or a part of it.
+    /// Returns the size of the whole picture in texels of the grid. It need not be a whole number. The full image is
+    /// that picture, or a part of it.
     fn extent(self, projection: Projection) -> [f64; 2] {
         let [x, y] = projection.whole();
         let along = |full: u32, whole: f64, scale: u32| f64::from(full) * whole / f64::from(scale);

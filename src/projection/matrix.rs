@@ -51,8 +51,8 @@ impl ProjectionMatrix {
     ///
     /// # Errors
     /// [`Error::Usage`] for a matrix with other than finite numbers, and for one that is no projection of a view: one
-    /// that mixes x with y or x or y with depth (shear, rotation, oblique clipping), mirrors the picture, moves the eye,
-    /// or has no extent.
+    /// that mixes x with y or x or y with depth (shear, rotation, oblique clipping), mirrors the picture, moves the
+    /// eye, or has no extent.
     pub fn read(columns: &[f32; 16]) -> Result<ProjectionMatrix, Error> {
         let refuse = |what: &str| Err(Error::Usage(format!("the projection matrix {columns:?} {what}")));
         if !columns.iter().all(|entry| entry.is_finite()) {

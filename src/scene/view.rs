@@ -20,8 +20,8 @@ const NEAR_OF_FAR: f64 = 1e-4;
 /// rounding clips neither.
 const STAND_OFF: f64 = 1e-3;
 
-/// The largest magnitude of the extents of a perspective picture at z = 1, and its smallest width and height. A field of
-/// view of 1 to 175 degrees with the driver's largest sizes lies within them.
+/// The largest magnitude of the extents of a perspective picture at z = 1, and its smallest width and height. A field
+/// of view of 1 to 175 degrees with the driver's largest sizes lies within them.
 const WIDEST_FRUSTUM: f64 = 1e6;
 const NARROWEST_FRUSTUM: f64 = 1e-6;
 /// The largest distance of the view's axis from the middle of a perspective picture, in halves of the picture's size:
@@ -53,9 +53,9 @@ pub enum Lens {
     FovY(f64),
     /// Orthographic: the picture's height in scene units, 1e-15 to 1e15.
     Height(f64),
-    /// Perspective: the left, right, bottom and top edge of the picture at z = 1. They are at most 1e6 in magnitude, the
-    /// picture is at least 1e-6 wide and high, and the view's axis lies at most 1000 halves of the width or height from
-    /// the middle. The shape of pixels follows from the extents and the picture's size.
+    /// Perspective: the left, right, bottom and top edge of the picture at z = 1. They are at most 1e6 in magnitude,
+    /// the picture is at least 1e-6 wide and high, and the view's axis lies at most 1000 halves of the width or height
+    /// from the middle. The shape of pixels follows from the extents and the picture's size.
     Frustum([f64; 4]),
     /// Orthographic: the left, right, bottom and top edge of the picture in scene units, at most 1e15 in magnitude. The
     /// picture is at least 1e-15 wide and high.
@@ -337,8 +337,8 @@ fn framing_offset(axes: &Camera, bounds: (DVec3, DVec3)) -> DVec3 {
     let distance = corners
         .map(|corner| {
             if axes.projection.is_perspective() {
-                // The eye stands aside so that the target is in the middle. A corner behind the target is then that much
-                // aside of the middle, too.
+                // The eye stands aside so that the target is in the middle. A corner behind the target is then that
+                // much aside of the middle, too.
                 let aside = corner.truncate() - DVec2::from(axes.projection.middle_at(corner.z));
                 let across = (aside / half).abs().max_element();
                 (across / (1.0 - MARGIN)).max(clearance) - corner.z

@@ -6,12 +6,13 @@ use crate::projection::Projection;
 
 impl Settings {
     /// Returns the guard band of a part of a picture, in pixels on the left and right, and below and above: how far
-    /// from a pixel lie the pixels that its ambient occlusion is computed from, up to the picture's border. `projection`
-    /// and `size` (width, height) are those of the picture, or of any part of it. `nearest` is the smallest depth of a
-    /// surface in the part and in the [`Settings::blur_reach`] around it, or infinity if there is no surface.
+    /// from a pixel lie the pixels that its ambient occlusion is computed from, up to the picture's border.
+    /// `projection` and `size` (width, height) are those of the picture, or of any part of it. `nearest` is the
+    /// smallest depth of a surface in the part and in the [`Settings::blur_reach`] around it, or infinity if there is
+    /// no surface.
     ///
-    /// The band is R in pixels at that depth, and for `ssao` the largest offset of a sample, with what rounding to whole
-    /// texels adds; and the blur's reach. See [`Projection::part`].
+    /// The band is R in pixels at that depth, and for `ssao` the largest offset of a sample, with what rounding to
+    /// whole texels adds; and the blur's reach. See [`Projection::part`].
     ///
     /// # Errors
     /// [`Error::Usage`] for `ray-march`, whose rays may lead anywhere in the picture, and if the radius is in percent.

@@ -1,5 +1,5 @@
-//! `--tile` writes what the whole picture holds there. `--frustum` and `--ortho-frustum` with centred extents write what
-//! `--fov-y` and `--ortho` write.
+//! `--tile` writes what the whole picture holds there. `--frustum` and `--ortho-frustum` with centred extents write
+//! what `--fov-y` and `--ortho` write.
 
 use crate::rig::command::{cached, names, texts};
 use glam::DVec3;

@@ -19,7 +19,7 @@ const EXTENTS: [[f64; 4]; 2] = [[-0.2, 0.9, -0.6, 0.15], [0.3, 1.3, -1.0, -0.35]
 
 fn projections() -> Vec<Projection> {
     let extents = EXTENTS.map(|[left, right, bottom, top]| Extents::new(left, right, bottom, top));
-    let wide = Extents::new(-3.0, 9.0, 2.0, 9.0);
+    let wide = Extents::new(-2.0, 6.0, 2.0, 7.0);
     [extents.map(Projection::Perspective).as_slice(), &[Projection::Orthographic(wide)]].concat()
 }
 
