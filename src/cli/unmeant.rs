@@ -51,7 +51,7 @@ pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {
     if mesh.positions.iter().any(in_the_picture) {
         return format!(
             "{NOTHING_IN_VIEW}: what lies in the picture is smaller than a pixel; show less with a nearer --eye, or a smaller \
-             --fov-y, --ortho or --frustum"
+             --fov-y or --ortho, or a narrower --frustum"
         );
     }
     let given = names(&[
