@@ -4,7 +4,7 @@
 // Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; COLOUR
 // if an image needs the colour; and either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the
 // interpolated vertex normal).
-in vec3 position; // in eye space, relative to the middle of the near plane: (x, y, z - near)
+in vec3 position; // in eye space, relative to the near plane: (x, y, z - near); if orthographic, to the near plane's middle
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;
 #endif

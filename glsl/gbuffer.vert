@@ -1,7 +1,7 @@
 // The G-buffer's vertex shader. Positions are transformed to eye space in float64 before they are uploaded.
 //
 // Compiled in: NORMALS_VERTEX, if the fragment shader reads vertex normals.
-in vec3 vertex_position; // in eye space, relative to the middle of the near plane
+in vec3 vertex_position; // in eye space, relative to a point of the near plane: see `origin` in gbuffer.rs
 #ifdef NORMALS_VERTEX
 in vec3 vertex_normal;
 out vec3 smooth_normal;

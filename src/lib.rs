@@ -59,7 +59,7 @@ pub use pass::probe::format_renders;
 pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
 #[cfg(feature = "render")]
 pub use pipeline::{Pipeline, Request};
-pub use projection::Projection;
+pub use projection::{Extents, Handedness, Projection, ProjectionMatrix};
 pub use settings::Settings;
 pub use tile::rotation_tile;
 

@@ -139,7 +139,7 @@ images! {
         decided_by: |knob, settings| {
             settings.idle(knob).is_none() && matches!(knob, "method" | "directions" | "jitter")
         },
-        read: |_, settings| Ok(Pixels::Vectors(rotation_tile(settings))),
+        read: |_, settings| Ok(Pixels::Rotations(rotation_tile(settings))),
     }
 }
 
@@ -184,6 +184,47 @@ impl ImageKind {
     ) -> Result<Vec<u8>, Error> {
         (self.read)(pipeline, settings)?.encode(format, text)
     }
+
+    /// Encodes a part of the image as the bytes of a file.
+    pub(crate) fn encode_part(
+        &self,
+        pipeline: &Pipeline,
+        settings: &Settings,
+        format: FileFormat,
+        text: Text,
+        kept: &Kept,
+    ) -> Result<Vec<u8>, Error> {
+        (self.read)(pipeline, settings)?.part(kept).encode(format, text)
+    }
+}
+
+/// The part of a rendering that is written, in pixels, y up.
+pub(crate) struct Kept {
+    /// Width and height of the rendering.
+    pub(crate) rendered: (u32, u32),
+    /// The lower left pixel of the part.
+    pub(crate) corner: (u32, u32),
+    /// Width and height of the part.
+    pub(crate) size: (u32, u32),
+}
+
+impl Kept {
+    /// Cuts the part out of an image of the rendering. If the image has half resolution, the part consists of those
+    /// texels that stand for its pixels: the texel i for the pixel 2i. If there is none, it is the one texel that holds
+    /// the part's pixels.
+    pub(crate) fn of<T: Copy>(&self, image: &Image<T>) -> Image<T> {
+        let along = |rendered: u32, texels: usize, first: u32, count: u32| {
+            let (first, end) = (first as usize, (first + count) as usize);
+            match rendered as usize == texels {
+                true => [first, count as usize],
+                false if first.div_ceil(2) == end.div_ceil(2) => [first / 2, 1],
+                false => [first.div_ceil(2), end.div_ceil(2) - first.div_ceil(2)],
+            }
+        };
+        let [x, width] = along(self.rendered.0, image.width, self.corner.0, self.size.0);
+        let [y, height] = along(self.rendered.1, image.height, self.corner.1, self.size.1);
+        image.part((x, y), (width, height))
+    }
 }
 
 /// The format of an image file.
@@ -222,11 +263,25 @@ pub(crate) enum Pixels {
     Depth(Image<f32>),
     /// Unit vectors. A PNG holds them as colours.
     Vectors(Image<[f32; 3]>),
+    /// The rotation tile, which is the same for every part of a picture. It is stored like vectors.
+    Rotations(Image<[f32; 3]>),
     /// True or false. A PNG holds 255 or 0, an EXR 1 or 0.
     Mask(Image<bool>),
 }
 
 impl Pixels {
+    /// Returns the part of the image that is kept.
+    fn part(&self, kept: &Kept) -> Pixels {
+        match self {
+            Pixels::Colours(image) => Pixels::Colours(kept.of(image)),
+            Pixels::Visibility(image) => Pixels::Visibility(kept.of(image)),
+            Pixels::Depth(image) => Pixels::Depth(kept.of(image)),
+            Pixels::Vectors(image) => Pixels::Vectors(kept.of(image)),
+            Pixels::Mask(image) => Pixels::Mask(kept.of(image)),
+            Pixels::Rotations(image) => Pixels::Rotations(image.clone()),
+        }
+    }
+
     /// Encodes the image as the bytes of a file.
     pub(crate) fn encode(&self, format: FileFormat, text: Text) -> Result<Vec<u8>, Error> {
         match (self, format) {
@@ -235,8 +290,10 @@ impl Pixels {
             (Pixels::Visibility(image), FileFormat::Png) => png::encode(&image.map(byte), text),
             (Pixels::Visibility(image) | Pixels::Depth(image), FileFormat::Exr) => exr::encode(image, text),
             (Pixels::Depth(image), FileFormat::Png) => png::encode(&grey_depth(image), text),
-            (Pixels::Vectors(image), FileFormat::Png) => png::encode(&image.map(vector_colour), text),
-            (Pixels::Vectors(image), FileFormat::Exr) => exr::encode(image, text),
+            (Pixels::Vectors(image) | Pixels::Rotations(image), FileFormat::Png) => {
+                png::encode(&image.map(vector_colour), text)
+            }
+            (Pixels::Vectors(image) | Pixels::Rotations(image), FileFormat::Exr) => exr::encode(image, text),
             (Pixels::Mask(image), FileFormat::Png) => png::encode(&image.map(|set| if set { 255 } else { 0 }), text),
             (Pixels::Mask(image), FileFormat::Exr) => exr::encode(&image.map(|set| if set { 1.0 } else { 0.0 }), text),
         }

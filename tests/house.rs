@@ -258,7 +258,7 @@ fn every_shader_has_its_pass_and_every_pass_that_computes_has_its_twin() {
 /// render; of the passes it sees the types that stand in the library's interface.
 const ROOMS: [(&str, &[&str]); 14] = [
     ("error", &[]),
-    ("projection", &[]),
+    ("projection", &["error"]),
     ("threads", &[]),
     ("settings", &["error", "projection"]),
     ("context", &["error", "threads"]),

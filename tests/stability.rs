@@ -125,8 +125,8 @@ fn amplifies(
     z: f64,
 ) -> bool {
     let across = match camera.projection {
-        Projection::Perspective { tan_half_fov_y, .. } => 2.0 * z * tan_half_fov_y,
-        Projection::Orthographic { half_height, .. } => 2.0 * half_height,
+        Projection::Perspective(extents) => 2.0 * z * extents.half()[1],
+        Projection::Orthographic(extents) => 2.0 * extents.half()[1],
     };
     let (_, r) = camera.ray((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
     let radius = settings.radius_units().unwrap() / across * height as f64 / f64::from(settings.ao_scale());

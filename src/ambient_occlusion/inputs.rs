@@ -27,7 +27,7 @@ pub struct Inputs {
     /// sample of each pixel. The blur reads the samples at pixels that hold several surfaces, if the setting `edges` is
     /// [`Edges::Supersample`](crate::settings::Edges::Supersample). [`Inputs::new`] leaves it `None`.
     pub samples: Option<DepthSamples>,
-    /// The projection of the view, whose axis goes through the middle of the images.
+    /// The projection of the view. [`Projection::from_matrix`] reads it from a matrix; it need not be centred.
     pub projection: Projection,
     /// The near plane's z in scene units, above 0. The rays of `ray-march` end there; no other method reads it.
     /// [`Inputs::new`] leaves it 0.
@@ -53,13 +53,10 @@ impl Inputs {
     /// Refuses inputs with which a result could be computed, but a meaningless one.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a projection without extent, for a near plane that `ray-march` cannot use, and for a
+    /// [`Error::Usage`] for what [`Projection::check`] refuses, for a near plane that `ray-march` cannot use, and for a
     /// texture of another size or number of samples. [`Error::Gl`] for a texture of another kind.
     pub(super) fn check(&self, gl: &glow::Context, size: (u32, u32), method: Method) -> Result<(), Error> {
-        let [x, y] = self.projection.half_extents();
-        if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
-            return Err(Error::Usage(format!("{:?}: both extents must be finite and above 0", self.projection)));
-        }
+        self.projection.check()?;
         if method.facts().reads_near && (self.near.is_nan() || self.near <= 0.0) {
             return Err(Error::Usage(format!(
                 "{} ends its rays at the near plane: near must be above 0, not {}",

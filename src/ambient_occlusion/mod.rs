@@ -178,10 +178,10 @@ impl AmbientOcclusion {
     /// are valid until the next call.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a texture of another size or number of samples than declared, a projection without extent,
-    /// or a near plane that `ray-march` cannot use. [`Error::Gl`] for a texture of another kind than declared, if
-    /// transform feedback is active, if an OpenGL error is pending, or if the driver refuses a shader, an allocation or
-    /// a call.
+    /// [`Error::Usage`] for a texture of another size or number of samples than declared, what [`Projection::check`]
+    /// refuses, or a near plane that `ray-march` cannot use. [`Error::Gl`] for a texture of another kind than declared,
+    /// if transform feedback is active, if an OpenGL error is pending, or if the driver refuses a shader, an allocation
+    /// or a call.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)

@@ -128,8 +128,20 @@ pub(crate) fn arguments() -> Vec<Arg> {
                 "DEG",
                 "Vertical field of view of a perspective camera [1 to 175; default: the scene's own, or 45]",
             )
-            .conflicts_with("ortho"),
-            valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units"),
+            .conflicts_with_all(["ortho", "frustum", "ortho-frustum"]),
+            valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units")
+                .conflicts_with_all(["frustum", "ortho-frustum"]),
+            signed(
+                "frustum",
+                "L,R,B,T",
+                "Left, right, bottom and top edge of a perspective camera's image at depth 1, in place of --fov-y",
+            )
+            .conflicts_with("ortho-frustum"),
+            signed(
+                "ortho-frustum",
+                "L,R,B,T",
+                "Left, right, bottom and top edge of an orthographic camera's image, in scene units, in place of --ortho",
+            ),
             valued("near", "Z", "Smallest visible depth [default: chosen so that nothing is clipped]"),
             valued("far", "Z", "Largest visible depth [default: chosen so that nothing is clipped]"),
         ]
@@ -231,10 +243,11 @@ fn knob_argument(knob: &'static Knob) -> Arg {
 impl Flags {
     /// Reads and checks all shared flags. The settings file is the only file that it opens.
     pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
-        let lens = match (number(matches, "fov-y")?, number(matches, "ortho")?) {
-            (Some(degrees), _) => Some(Lens::FovY(degrees.to_radians())),
-            (None, height) => height.map(Lens::Height),
-        };
+        // The flags exclude each other.
+        let lens = number(matches, "fov-y")?.map(|degrees| Lens::FovY(degrees.to_radians()));
+        let lens = lens.or(number(matches, "ortho")?.map(Lens::Height));
+        let lens = lens.or(extents(matches, "frustum")?.map(Lens::Frustum));
+        let lens = lens.or(extents(matches, "ortho-frustum")?.map(Lens::OrthoFrustum));
         let view = View {
             eye: point(matches, "eye")?,
             target: point(matches, "target")?,
@@ -302,12 +315,18 @@ impl Flags {
         put("eye", numbers(camera.eye));
         put("target", numbers(camera.eye + camera.far * camera.forward));
         put("up", numbers(camera.up));
-        let [_, half_height] = camera.projection.half_extents();
-        if camera.projection.is_perspective() {
-            put("fov-y", typed((2.0 * half_height.atan()).to_degrees()).into());
-        } else {
-            put("ortho", (2.0 * half_height).into());
-        }
+        let [half_width, half_height] = camera.projection.half_extents();
+        // Extents that are those of a field of view or a height are written as these, so that the file is the same.
+        let symmetric = camera.projection.middle_at(1.0) == [0.0; 2]
+            && half_width == half_height * (f64::from(self.size.0) / f64::from(self.size.1));
+        match self.view.lens {
+            Some(Lens::Frustum(edges)) if !symmetric => put("frustum", edges.to_vec().into()),
+            Some(Lens::OrthoFrustum(edges)) if !symmetric => put("ortho-frustum", edges.to_vec().into()),
+            _ if camera.projection.is_perspective() => {
+                put("fov-y", typed((2.0 * half_height.atan()).to_degrees()).into())
+            }
+            _ => put("ortho", (2.0 * half_height).into()),
+        };
         put("near", camera.near.into());
         put("far", camera.far.into());
         render
@@ -359,15 +378,21 @@ fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
     text.trim().parse().map(Some).map_err(|_| Error::Usage(format!("--{name}: '{text}' is not a number")))
 }
 
-fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
+/// Returns the N numbers of a flag's value, which are separated by commas. `form` says in a message what they are.
+fn numbers<const N: usize>(matches: &ArgMatches, name: &str, form: &str) -> Result<Option<[f64; N]>, Error> {
     let Some(text) = text(matches, name) else { return Ok(None) };
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, z]) => Ok(Some(DVec3::new(x, y, z))),
-        _ => Err(Error::Usage(format!(
-            "--{name}: '{text}' is not X,Y,Z, three numbers separated by commas, such as 0,1.5,-3"
-        ))),
-    }
+    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    numbers.map(Some).ok_or_else(|| Error::Usage(format!("--{name}: '{text}' is not {form}")))
+}
+
+fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
+    let point = numbers(matches, name, "X,Y,Z, three numbers separated by commas, such as 0,1.5,-3")?;
+    Ok(point.map(DVec3::from_array))
+}
+
+fn extents(matches: &ArgMatches, name: &str) -> Result<Option<[f64; 4]>, Error> {
+    numbers(matches, name, "L,R,B,T, four numbers separated by commas, such as -0.4,0.6,-0.3,0.3")
 }
 
 fn size(text: &str) -> Result<(u32, u32), Error> {

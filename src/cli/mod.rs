@@ -11,6 +11,7 @@ mod info;
 mod paper;
 mod render;
 mod session;
+mod tile;
 mod trade;
 mod truth;
 mod tune;

@@ -3,6 +3,7 @@
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
 use super::session::{open_context, samples_given};
+use super::tile::{self, Region, Tile};
 use super::unmeant;
 use crate::picture::{self, FileFormat, ImageKind};
 use crate::terminal::say;
@@ -10,7 +11,6 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::Reach;
-use hbao::scene::Camera;
 use hbao::settings::Settings;
 use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use serde_json::json;
@@ -28,6 +28,7 @@ Examples:
   hbao render -o left.png --eye -200,300,-600 --target 278,273,280 --fov-y 50
   hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
   hbao render -o final.png --dump images --timings times.json
+  hbao render -o poster-1-0.png --size 30000x20000 --tile 1/4,0/3
   hbao render -o - > cornell.png";
 
 /// Makes the verb's flags.
@@ -47,6 +48,7 @@ pub(crate) fn command() -> Command {
         .about("Render a scene with ambient occlusion")
         .args(outputs.map(|arg| arg.help_heading("Output")))
         .args(flags::arguments())
+        .arg(tile::argument().help_heading("Camera"))
         .after_help(format!("The images of --show:\n{}\n{EXPLANATION}", images_in_words()))
 }
 
@@ -139,6 +141,7 @@ impl Wanted {
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
+    let tile = Tile::read(matches, flags.size)?;
     let folder = || wanted.dump.as_deref().map(MadeFolder::ensure).transpose();
     {
         // The folder is removed again at once, so that an interrupt while rendering leaves no empty folder.
@@ -148,6 +151,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 
     let opened = flags.open()?;
     let Opened { scene, settings, camera, notices: told, .. } = &opened;
+    tile.iter().try_for_each(|tile| tile.check(camera, settings))?;
 
     let context = open_context(flags.backend)?;
     let apply = flags::text(matches, "apply").map(|_| "apply");
@@ -158,22 +162,33 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     idle.chain(told.iter().cloned()).for_each(|notice| say(&notice));
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
-    let mut pipeline = Pipeline::new(context.gl(), flags.size, &resolved, wanted.request())?;
+    let region = match &tile {
+        Some(tile) => tile.region(context.gl(), &scene.mesh, camera, &resolved, wanted.request())?,
+        None => Region { size: flags.size, camera: *camera, kept: None },
+    };
+    let mut pipeline = Pipeline::new(context.gl(), region.size, &resolved, wanted.request())?;
     pipeline.notices().iter().for_each(|notice| say(notice));
     samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
-    let mut times = pipeline.render(&scene.mesh, camera)?;
+    let mut times = pipeline.render(&scene.mesh, &region.camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
-        times = pipeline.render(&scene.mesh, camera)?;
+        times = pipeline.render(&scene.mesh, &region.camera)?;
     }
 
-    notice(&pipeline, &flags, &opened, &resolved)?.iter().for_each(|notice| say(notice));
+    notice(&pipeline, &flags, &opened, &resolved, &region)?.iter().for_each(|notice| say(notice));
 
-    let origin = origin(settings, &flags, camera, &wanted, &context, pipeline.samples());
+    let mut render = flags.seen(camera);
+    if let Some(tile) = &tile {
+        render.insert("tile".into(), tile.given().into());
+    }
+    let origin = origin(settings, render, &wanted, &context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.
-    let encode = |image: &ImageKind, format| image.encode(&pipeline, &resolved, format, &text);
+    let encode = |image: &ImageKind, format| match &region.kept {
+        Some(kept) => image.encode_part(&pipeline, &resolved, format, &text, kept),
+        None => image.encode(&pipeline, &resolved, format, &text),
+    };
     let mut files = vec![(wanted.output.clone(), encode(wanted.show, wanted.format)?)];
     for (path, image) in wanted.dumped() {
         let format = FileFormat::of(&path)?;
@@ -181,7 +196,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     files.extend(
         wanted.timings.clone().map(|path| {
-            (path, timings(&context, flags.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
+            (path, timings(&context, region.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
         }),
     );
     // The folder must outlive the files that are staged inside it.
@@ -196,31 +211,35 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
 }
 
 /// Returns the notice about a picture without surfaces, or about visibility of 1 that the user hardly meant.
-fn notice(pipeline: &Pipeline, flags: &Flags, opened: &Opened, settings: &Settings) -> Result<Option<String>, Error> {
+fn notice(
+    pipeline: &Pipeline,
+    flags: &Flags,
+    opened: &Opened,
+    settings: &Settings,
+    region: &Region,
+) -> Result<Option<String>, Error> {
     let Opened { scene, camera, empty, .. } = opened;
     let depth = pipeline.depth()?;
-    if !depth.texels.iter().any(|z| z.is_finite()) {
+    if let Some(kept) = &region.kept {
+        if !kept.of(&depth).texels.iter().any(|z| z.is_finite()) {
+            return Ok(Some("no surface lies in this tile".into()));
+        }
+    } else if !depth.texels.iter().any(|z| z.is_finite()) {
         return Ok((!empty).then(|| unmeant::empty(flags, &scene.mesh, camera)));
     }
     if !pipeline.makes_ao() || !settings.method.computes() {
         return Ok(None);
     }
-    let radius = unmeant::radius(settings, |settings| Reach::of(&depth, camera.projection, settings))?;
-    Ok(radius.or(unmeant::open(&pipeline.ao()?, settings, settings.method.reads("radius"))))
+    let radius = unmeant::radius(settings, |settings| Reach::of(&depth, region.camera.projection, settings))?;
+    let visibility = pipeline.ao()?;
+    let visibility = region.kept.as_ref().map_or_else(|| visibility.clone(), |kept| kept.of(&visibility));
+    Ok(radius.or(unmeant::open(&visibility, settings, settings.method.reads("radius"))))
 }
 
-/// Returns the metadata of an image: the text of a settings file, followed by a table with everything else that
-/// determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same image
-/// by EGL and by OSMesa, and without the backend the two files are equal to the byte.
-fn origin(
-    settings: &Settings,
-    flags: &Flags,
-    camera: &Camera,
-    wanted: &Wanted,
-    context: &Context,
-    samples: u32,
-) -> String {
-    let mut render = flags.seen(camera);
+/// Returns the metadata of an image: the text of a settings file, followed by the table `render` with everything else
+/// that determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same
+/// image by EGL and by OSMesa, and without the backend the two files are equal to the byte.
+fn origin(settings: &Settings, mut render: toml::Table, wanted: &Wanted, context: &Context, samples: u32) -> String {
     let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
     let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);
     put("apply", apply.into());

@@ -45,13 +45,13 @@ pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {
     }
     let in_the_picture = |position: &DVec3| {
         let at = camera.to_eye(*position);
-        let [x, y] = camera.projection.half_extents_at(at.z);
-        at.z > 0.0 && at.x.abs() <= x && at.y.abs() <= y
+        let seen = camera.project(at);
+        at.z > 0.0 && seen.min_element() >= 0.0 && seen.max_element() <= 1.0
     };
     if mesh.positions.iter().any(in_the_picture) {
         return format!(
             "{NOTHING_IN_VIEW}: what lies in the picture is smaller than a pixel; show less with a nearer --eye, or a smaller \
-             --fov-y or --ortho"
+             --fov-y or --ortho, or a narrower --frustum"
         );
     }
     let given = names(&[
@@ -60,6 +60,8 @@ pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {
         ("up", up.is_some()),
         ("fov-y", matches!(lens, Some(Lens::FovY(_)))),
         ("ortho", matches!(lens, Some(Lens::Height(_)))),
+        ("frustum", matches!(lens, Some(Lens::Frustum(_)))),
+        ("ortho-frustum", matches!(lens, Some(Lens::OrthoFrustum(_)))),
     ]);
     let remedy = if given.is_empty() {
         "give another --eye and --target".into()

@@ -74,6 +74,13 @@ impl<T: Copy> Image<T> {
         self.texels[y * self.width + x]
     }
 
+    /// Returns the part of the image that is `width` by `height` texels large and whose lower left texel is (`x`, `y`).
+    /// It must lie within the image.
+    #[must_use]
+    pub fn part(&self, (x, y): (usize, usize), (width, height): (usize, usize)) -> Image<T> {
+        Image::from_fn(width, height, |i, j| self.at(x + i, y + j))
+    }
+
     /// Makes an image of the same size by applying `f` to each texel.
     #[must_use]
     pub fn map<U: Copy>(&self, f: impl Fn(T) -> U) -> Image<U> {

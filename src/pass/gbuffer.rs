@@ -234,12 +234,14 @@ fn reaches(corners: [f64; 3], [near, far]: [f64; 2]) -> bool {
     !(corners.iter().all(|&z| z < near * (1.0 - APART)) || corners.iter().all(|&z| z > far * (1.0 + APART)))
 }
 
-/// Returns the middle of the near plane in eye space. The shader's positions are relative to it, because normals are
-/// computed as derivatives of positions. These derivatives would lose precision if all positions contained the same
-/// large distance.
+/// Returns the point of the near plane on the view's axis in eye space, or the middle of the near plane if the view is
+/// orthographic. The shader's positions are relative to it, because normals are computed as derivatives of positions.
+/// These derivatives would lose precision if all positions contained the same large distance.
 fn origin(camera: &Camera) -> DVec3 {
     // The near depth is rounded to float32, because the shader adds it in float32.
-    f64::from(camera.near as f32) * DVec3::Z
+    let near = f64::from(camera.near as f32);
+    let [x, y] = if camera.projection.is_perspective() { [0.0; 2] } else { camera.projection.middle_at(near) };
+    DVec3::new(x, y, near)
 }
 
 /// Returns the matrix from left-handed eye space, relative to [`origin`], to clip space, column by column. Depths from
@@ -253,6 +255,10 @@ fn matrix(camera: &Camera, near: f64, far: f64) -> [f32; 16] {
     m[0] = 1.0 / half_x;
     m[5] = 1.0 / half_y;
     if camera.projection.is_perspective() {
+        // x = z middle is in the middle of the picture. In an orthographic view that is where the origin lies.
+        let [x, y] = camera.projection.middle_at(1.0);
+        m[8] = -x / half_x;
+        m[9] = -y / half_y;
         m[10] = (far + near) / (far - near);
         m[11] = 1.0;
         m[14] = -2.0 * far * near / (far - near);
@@ -262,6 +268,8 @@ fn matrix(camera: &Camera, near: f64, far: f64) -> [f32; 16] {
         m[15] = 1.0;
     }
     let start = origin(camera).z;
+    m[12] += m[8] * start;
+    m[13] += m[9] * start;
     m[14] += m[10] * start;
     m[15] += m[11] * start;
     m.map(|x| x as f32)

@@ -91,16 +91,21 @@ impl Grid {
         (self.full.0.div_ceil(self.scale[0]), self.full.1.div_ceil(self.scale[1]))
     }
 
-    /// Returns the size of the full image in texels of the grid. It need not be whole.
-    fn extent(self) -> [f64; 2] {
-        [f64::from(self.full.0) / f64::from(self.scale[0]), f64::from(self.full.1) / f64::from(self.scale[1])]
+    /// Returns the size of the whole picture in texels of the grid. It need not be a whole number. The full image is
+    /// that picture, or a part of it.
+    fn extent(self, projection: Projection) -> [f64; 2] {
+        let [x, y] = projection.whole();
+        let along = |full: u32, whole: f64, scale: u32| f64::from(full) * whole / f64::from(scale);
+        [along(self.full.0, x, self.scale[0]), along(self.full.1, y, self.scale[1])]
     }
 
-    /// Returns the point where the view's axis meets the image, in texels: the middle of the full image, at full / 2
-    /// pixels. The centre of texel i, at i + 0.5 texels, is the centre of a pixel, at scale i + 0.5 pixels.
-    fn axis(self) -> [f64; 2] {
-        let along = |full: u32, scale: u32| (f64::from(full) / 2.0 + f64::from(scale - 1) / 2.0) / f64::from(scale);
-        [along(self.full.0, self.scale[0]), along(self.full.1, self.scale[1])]
+    /// Returns the point of the image where x' = y' = 0, in texels (`axis` in `glsl/shared/ray.glsl`). The centre of
+    /// texel i, at i + 0.5 texels, is the centre of a pixel, at scale i + 0.5 pixels.
+    fn axis(self, projection: Projection) -> [f64; 2] {
+        let [x, y] = projection.origin_in_picture();
+        let along =
+            |full: u32, at: f64, scale: u32| (f64::from(full) * at + f64::from(scale - 1) / 2.0) / f64::from(scale);
+        [along(self.full.0, x, self.scale[0]), along(self.full.1, y, self.scale[1])]
     }
 
     /// Returns how much one texel adds to x' and y' (`pixel` in `glsl/shared/ray.glsl`).
@@ -115,8 +120,8 @@ impl Grid {
         let (width, height) = self.size();
         program
             .vec2("size", [f64::from(width), f64::from(height)])
-            .vec2("extent", self.extent())
-            .vec2("axis", self.axis())
+            .vec2("extent", self.extent(projection))
+            .vec2("axis", self.axis(projection))
             .vec2("pixel", self.texel_extent(projection));
     }
 }

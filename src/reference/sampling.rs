@@ -108,8 +108,9 @@ pub(super) struct MethodScene<'a> {
     /// Whether `ssao` has its depth range check. It has, except in
     /// [`super::anatomy::Anatomy::without_range_check`].
     pub(super) range_check: bool,
-    /// The size of the picture in texels of the result, in which the offsets of `ssao` are measured. It need not be a
-    /// whole number. It is that of the inputs, except in [`super::anatomy::Anatomy::with_offsets_of`].
+    /// The size of the whole picture in texels of the result, in which the offsets of `ssao` are measured. It need not
+    /// be a whole number. It is that of the inputs unless these are a part of a picture, except in
+    /// [`super::anatomy::Anatomy::with_offsets_of`].
     pub(super) extent: DVec2,
     /// How many pixels of the inputs one texel of the result stands for, in x and y. Texel (i, j) stands for pixel
     /// (scale i, scale j). All positions and offsets here are in texels of the result.
@@ -145,7 +146,8 @@ impl<'a> MethodScene<'a> {
             radius,
             reach: radius,
             range_check: true,
-            extent: DVec2::new(sizes[0].0 as f64, sizes[0].1 as f64) / scale as f64,
+            extent: DVec2::new(sizes[0].0 as f64, sizes[0].1 as f64) * DVec2::from(inputs.projection.whole())
+                / scale as f64,
             scale,
         })
     }
@@ -294,12 +296,12 @@ impl<'a> MethodScene<'a> {
     }
 
     /// Returns the surface point at depth z on the ray through the window position p: z (x', y', 1), or (x', y', z)
-    /// when orthographic.
+    /// from the middle of the picture when orthographic.
     pub(super) fn position(&self, p: DVec2, z: f64) -> DVec3 {
-        let slope = (p - self.axis()) * self.pixel_extent();
+        let from_middle = (p - self.middle()) * self.pixel_extent();
         match self.projection {
-            Projection::Perspective { .. } => z * slope.extend(1.0),
-            Projection::Orthographic { .. } => slope.extend(z),
+            Projection::Perspective(extents) => z * (DVec2::from(extents.middle()) + from_middle).extend(1.0),
+            Projection::Orthographic(_) => from_middle.extend(z),
         }
     }
 
@@ -318,9 +320,9 @@ impl<'a> MethodScene<'a> {
         self.scale as f64 * 2.0 * half / full
     }
 
-    /// Returns the point of the result that the view's axis goes through: the middle of the inputs. Position i + 0.5 in
-    /// the result is position scale i + 0.5 in the inputs.
-    fn axis(&self) -> DVec2 {
+    /// Returns the point of the result that is the middle of the inputs. Position i + 0.5 in the result is position
+    /// scale i + 0.5 in the inputs.
+    fn middle(&self) -> DVec2 {
         let middle = DVec2::new(self.depth.width as f64, self.depth.height as f64) / 2.0;
         (middle - 0.5) / self.scale as f64 + 0.5
     }

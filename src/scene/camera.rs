@@ -49,8 +49,8 @@ impl Camera {
     #[must_use]
     pub fn ray(&self, u: f64, v: f64) -> (DVec3, DVec3) {
         let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-        let [half_x, half_y] = self.projection.half_extents();
-        let across = DVec2::new(x * half_x, y * half_y);
+        let half = DVec2::from(self.projection.half_extents());
+        let across = DVec2::new(x, y) * half + DVec2::from(self.projection.middle_at(1.0));
         if self.projection.is_perspective() {
             (DVec3::ZERO, across.extend(1.0))
         } else {
@@ -63,6 +63,7 @@ impl Camera {
     #[must_use]
     pub fn project(&self, eye_space: DVec3) -> DVec2 {
         let half = DVec2::from(self.projection.half_extents_at(eye_space.z));
-        (eye_space.truncate() / half + 1.0) / 2.0
+        let middle = DVec2::from(self.projection.middle_at(eye_space.z));
+        ((eye_space.truncate() - middle) / half + 1.0) / 2.0
     }
 }

@@ -18,7 +18,7 @@ mod polygon;
 mod statement;
 mod view;
 
-pub use crate::projection::Projection;
+pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
 pub use view::{Lens, NOTHING_IN_VIEW, View};

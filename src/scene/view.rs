@@ -1,9 +1,9 @@
 //! Makes a camera from the values that the user gives. All other values follow from the scene.
 
 use super::mesh::FARTHEST;
-use super::{Camera, Mesh, Projection};
+use super::{Camera, Extents, Mesh, Projection};
 use crate::Error;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
 /// The words in a notice of [`View::camera`] that say that the picture will be empty.
@@ -20,16 +20,24 @@ const NEAR_OF_FAR: f64 = 1e-4;
 /// rounding clips neither.
 const STAND_OFF: f64 = 1e-3;
 
+/// The largest magnitude of the extents of a perspective picture at z = 1, and its smallest width and height. A field
+/// of view of 1 to 175 degrees with the driver's largest sizes lies within them.
+const WIDEST_FRUSTUM: f64 = 1e6;
+const NARROWEST_FRUSTUM: f64 = 1e-6;
+/// The largest distance of the view's axis from the middle of a perspective picture, in halves of the picture's size:
+/// that of [`Projection::check`].
+const FARTHEST_ASIDE: f64 = 1000.0;
+
 /// The known values of a camera. [`View::camera`] derives the values that are `None` from the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct View {
     /// The eye's position in world space.
     pub eye: Option<DVec3>,
-    /// The point in world space that is in the middle of the picture.
+    /// The point in world space that the view's axis goes through. In a centred picture it is in the middle.
     pub target: Option<DVec3>,
     /// The direction in world space that points up in the picture. The default is (0, 1, 0).
     pub up: Option<DVec3>,
-    /// The field of view or the height. The default is a field of view of 45 degrees.
+    /// The field of view, the height or the extents. The default is a field of view of 45 degrees.
     pub lens: Option<Lens>,
     /// The smallest visible z, in scene units, 1e-15 to 1e15.
     pub near: Option<f64>,
@@ -37,7 +45,7 @@ pub struct View {
     pub far: Option<f64>,
 }
 
-/// How much the picture shows from bottom to top.
+/// How much the picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Lens {
@@ -45,6 +53,13 @@ pub enum Lens {
     FovY(f64),
     /// Orthographic: the picture's height in scene units, 1e-15 to 1e15.
     Height(f64),
+    /// Perspective: the left, right, bottom and top edge of the picture at z = 1. They are at most 1e6 in magnitude,
+    /// the picture is at least 1e-6 wide and high, and the view's axis lies at most 1000 halves of the width or height
+    /// from the middle. The shape of pixels follows from the extents and the picture's size.
+    Frustum([f64; 4]),
+    /// Orthographic: the left, right, bottom and top edge of the picture in scene units, at most 1e15 in magnitude. The
+    /// picture is at least 1e-15 wide and high.
+    OrthoFrustum([f64; 4]),
 }
 
 impl View {
@@ -69,7 +84,7 @@ impl View {
     ///
     /// - Without an eye, the whole bounding box of `mesh` is framed. It is seen from the front (from +z if y is up),
     ///   and somewhat from the right and from above. In an orthographic view the height decides how much of it is in
-    ///   the picture.
+    ///   the picture. If the extents are not centred, the eye stands aside, so that the picture still shows the box.
     /// - Without a target, the eye looks at the centre of the bounding box.
     /// - Without a near or far plane, the planes are chosen so that they enclose the scene, except that near is at
     ///   least 1e-4 of the farthest z.
@@ -108,7 +123,7 @@ impl View {
                 ),
             );
         }
-        let eye = self.eye.unwrap_or_else(|| target - forward * framing_distance(&axes, bounds));
+        let eye = self.eye.unwrap_or_else(|| target - axes.direction_to_world(framing_offset(&axes, bounds)));
 
         let camera = Camera { eye, ..axes };
         let (near, far) = self.planes(&camera, mesh, &mut notices)?;
@@ -145,6 +160,8 @@ impl View {
             Some(Lens::Height(h)) if !(SMALLEST..=FARTHEST).contains(&h) => {
                 return usage(format!("--ortho {} must be from 1e-15 to 1e15 scene units", number(h)));
             }
+            Some(Lens::Frustum(edges)) => check_extents("--frustum", edges, WIDEST_FRUSTUM, NARROWEST_FRUSTUM, true)?,
+            Some(Lens::OrthoFrustum(edges)) => check_extents("--ortho-frustum", edges, FARTHEST, SMALLEST, false)?,
             _ => {}
         }
         for (flag, z) in [("--near", self.near), ("--far", self.far)] {
@@ -205,15 +222,41 @@ impl View {
 impl Lens {
     fn projection(self, aspect: f64) -> Projection {
         match self {
-            Lens::FovY(fov) => {
-                let tan_half_fov_y = (fov / 2.0).tan();
-                Projection::Perspective { tan_half_fov_x: tan_half_fov_y * aspect, tan_half_fov_y }
+            Lens::FovY(fov) => Projection::perspective(fov, aspect),
+            Lens::Height(height) => Projection::orthographic(height, aspect),
+            Lens::Frustum([left, right, bottom, top]) => {
+                Projection::Perspective(Extents::new(left, right, bottom, top))
             }
-            Lens::Height(height) => {
-                Projection::Orthographic { half_width: height / 2.0 * aspect, half_height: height / 2.0 }
+            Lens::OrthoFrustum([left, right, bottom, top]) => {
+                Projection::Orthographic(Extents::new(left, right, bottom, top))
             }
         }
     }
+}
+
+/// Refuses the extents of a picture, given by this flag, if they exceed `most` in magnitude, or if the picture is less
+/// than `least` wide or high. In perspective the view's axis must not lie too far from the picture's middle.
+fn check_extents(flag: &str, edges: [f64; 4], most: f64, least: f64, perspective: bool) -> Result<(), Error> {
+    let given = format!("{flag} {}", edges.map(number).join(","));
+    if !edges.iter().all(|edge| edge.abs() <= most) {
+        return usage(format!("{given} must be finite, at most {most:e} in magnitude"));
+    }
+    let [left, right, bottom, top] = edges;
+    for (low, high, names) in [
+        (left, right, "left edge, the first number, must be less than the right, the second"),
+        (bottom, top, "bottom edge, the third number, must be less than the top, the fourth"),
+    ] {
+        if high - low < least {
+            return usage(format!("{given}: the {names}, by at least {least:e}"));
+        }
+        if perspective && (low + high).abs() / (high - low) > FARTHEST_ASIDE {
+            return usage(format!(
+                "{given}: the view's axis, 0,0, is more than {FARTHEST_ASIDE} times as far from the picture's middle as the \
+                 picture's edges are; turn the camera towards the picture"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Writes a number as most people type it: 10 in place of 10.0, and 1e300 in place of its 301 digits.
@@ -283,20 +326,26 @@ fn is_a_point(axes: &Camera, bounds: (DVec3, DVec3)) -> bool {
     size <= (1e-9 * axes.eye.length()).max(SMALLEST)
 }
 
-/// Returns how far the eye must be from the target so that the picture shows the whole bounding box. The eye of `axes`
-/// is the target. A box that is a point also gets a distance above 0.
-fn framing_distance(axes: &Camera, bounds: (DVec3, DVec3)) -> f64 {
+/// Returns the way from the eye to the target in eye space for which the picture shows the whole bounding box, with the
+/// target in its middle. The eye of `axes` is the target. A box that is a point also gets a distance above 0.
+fn framing_offset(axes: &Camera, bounds: (DVec3, DVec3)) -> DVec3 {
     let corners = corners(axes, bounds);
     let size = corners.clone().map(DVec3::length).fold(0.0, f64::max);
     let size = if is_a_point(axes, bounds) { axes.eye.length().max(1.0) * 1e-3 } else { size };
     let clearance = 0.1 * size;
-    corners
-        .map(|corner| match axes.projection {
-            Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
-                let across = (corner.x / tan_half_fov_x).abs().max((corner.y / tan_half_fov_y).abs());
+    let half = DVec2::from(axes.projection.half_extents());
+    let distance = corners
+        .map(|corner| {
+            if axes.projection.is_perspective() {
+                // The eye stands aside so that the target is in the middle. A corner behind the target is then that
+                // much aside of the middle, too.
+                let aside = corner.truncate() - DVec2::from(axes.projection.middle_at(corner.z));
+                let across = (aside / half).abs().max_element();
                 (across / (1.0 - MARGIN)).max(clearance) - corner.z
+            } else {
+                clearance - corner.z
             }
-            Projection::Orthographic { .. } => clearance - corner.z,
         })
-        .fold(clearance, f64::max)
+        .fold(clearance, f64::max);
+    DVec2::from(axes.projection.middle_at(distance)).extend(distance)
 }

@@ -9,6 +9,7 @@ mod choice;
 mod exit;
 #[cfg(feature = "render")]
 mod file;
+mod guard;
 mod idle;
 mod knobs;
 pub(crate) mod method;

@@ -12,5 +12,6 @@ mod page;
 mod paper;
 mod refusals;
 mod scenes;
+mod tiles;
 mod trade;
 mod tune;

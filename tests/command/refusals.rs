@@ -85,6 +85,48 @@ fn scenes_that_make_no_sense() {
 }
 
 #[test]
+fn extents_and_tiles_that_make_no_sense() {
+    refuses(&[
+        (USAGE, "--frustum 1,2,3", "--frustum: '1,2,3' is not L,R,B,T"),
+        (USAGE, "--frustum 1,2,3,4,5", "--frustum: '1,2,3,4,5' is not L,R,B,T"),
+        (USAGE, "--frustum wide", "--frustum: 'wide' is not L,R,B,T"),
+        (USAGE, "--frustum 1,1,0,1", "the left edge, the first number, must be less than the right"),
+        (USAGE, "--frustum 1,-1,0,1", "the left edge, the first number, must be less than the right"),
+        (USAGE, "--frustum -1,1,1,0", "the bottom edge, the third number, must be less than the top"),
+        (USAGE, "--frustum nan,1,0,1", "must be finite"),
+        (USAGE, "--frustum -1,1,0,NaN", "must be finite"),
+        (USAGE, "--frustum -inf,inf,0,1", "must be finite"),
+        (USAGE, "--frustum -1,1e300,0,1", "at most 1e6"),
+        (USAGE, "--frustum 0,1e-7,0,1", "by at least 1e-6"),
+        (USAGE, "--frustum 10,10.001,0,1", "the view's axis"),
+        (USAGE, "--frustum 0,1,-10.001,-10", "the view's axis"),
+        (USAGE, "--frustum 0 1 0 1", "the numbers of --frustum are separated by commas"),
+        (USAGE, "--frustum 0,1,0,1 --fov-y 45", "cannot be used with"),
+        (USAGE, "--frustum 0,1,0,1 --ortho 1", "cannot be used with"),
+        (USAGE, "--frustum 0,1,0,1 --ortho-frustum 0,1,0,1", "cannot be used with"),
+        (USAGE, "--ortho-frustum 0,1,0", "--ortho-frustum: '0,1,0' is not L,R,B,T"),
+        (USAGE, "--ortho-frustum 0,0,0,1", "the left edge"),
+        (USAGE, "--ortho-frustum 0,1,0,inf", "must be finite"),
+        (USAGE, "--ortho-frustum 0,1e16,0,1", "at most 1e15"),
+        (USAGE, "--tile 1", "--tile: '1' is not X/N,Y/M"),
+        (USAGE, "--tile 0/2", "--tile: '0/2' is not X/N,Y/M"),
+        (USAGE, "--tile 0/2,0/2,0/2", "is not X/N,Y/M"),
+        (USAGE, "--tile -1/2,0/1", "--tile: '-1/2,0/1' is not X/N,Y/M"),
+        (USAGE, "--tile 0.5/2,0/1", "is not X/N,Y/M"),
+        (USAGE, "--tile 0/99999999999,0/1", "is not X/N,Y/M"),
+        (USAGE, "--tile 2/2,0/1", "has no such column: the 2 columns are numbered 0 to 1"),
+        (USAGE, "--tile 0/1,5/3", "has no such row: the 3 rows are numbered 0 to 2"),
+        (USAGE, "--tile 0/0,0/1", "has no columns"),
+        (USAGE, "--tile 0/65,0/1", "is empty: the image has 64 pixel columns and not 65"),
+        (USAGE, "--tile 0/1,0/4294967295", "is empty: the image has 48 pixel rows"),
+        (USAGE, "--tile 0/2,0/1 --method ray-march", "ray-march"),
+        (USAGE, "--size 300000x10 --tile 0/100,0/1", "up to 262144x262144 pixels"),
+        (USAGE, "--size 200000x10 --tile 0/2,0/1", "give a smaller tile"),
+        (USAGE, "--size 30000x30000 --tile 0/9,0/9 --radius 1e9", "give a smaller tile"),
+    ]);
+}
+
+#[test]
 fn sizes_and_cameras_out_of_range() {
     refuses(&[
         (USAGE, "--size 0x0", "--size: '0x0'"),

@@ -191,7 +191,7 @@ fn error_against_it_falls_as_samples_grow() {
             // Pixels of the chapter's early exit do not converge and are left out. Nearer than `deepest`, R covers more
             // than 17 texels, so that 16 steps are at least a texel long each.
             let tan = match view.projection {
-                hbao::scene::Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y,
+                hbao::scene::Projection::Perspective(extents) => extents.half()[1],
                 other => panic!("{other:?}"),
             };
             let deepest = (radius * 90.0 / (2.0 * tan * 17.0)) as f32;

@@ -5,7 +5,7 @@ use crate::rig::SIZE;
 use crate::rig::by_hand::{ByHand, perspective, rubble};
 use hbao::context::{Backend, Context};
 use hbao::measure::Reach;
-use hbao::scene::Projection;
+use hbao::scene::{Extents, Projection};
 use hbao::settings::{Exit, Method, Radius};
 use hbao::{AmbientOcclusion, Settings};
 
@@ -25,10 +25,9 @@ fn hills(projection: Projection) -> ByHand {
 }
 
 /// A view whose texels are wider than high.
-const WIDE: Projection = Projection::Perspective { tan_half_fov_x: 1.1, tan_half_fov_y: 0.5 };
+const WIDE: Projection = Projection::Perspective(Extents::centred(1.1, 0.5));
 /// The height and width of a texel are 0.1.
-const ORTHOGRAPHIC: Projection =
-    Projection::Orthographic { half_width: 0.05 * SIZE.0 as f64, half_height: 0.05 * SIZE.1 as f64 };
+const ORTHOGRAPHIC: Projection = Projection::Orthographic(Extents::centred(0.05 * SIZE.0 as f64, 0.05 * SIZE.1 as f64));
 
 #[test]
 fn methods_exit_beyond_the_depth_that_the_library_tells_and_nowhere_before() {

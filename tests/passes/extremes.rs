@@ -9,7 +9,7 @@ use glam::{DVec3, dvec3};
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference;
-use hbao::scene::{Lens, Mesh, Projection, View};
+use hbao::scene::{Extents, Lens, Mesh, Projection, View};
 use hbao::settings::{Clamp, Jitter, Method, Normals, Snap, SsaoDepth, Toggle};
 use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget, rotation_tile};
 
@@ -68,10 +68,7 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
     }
     views.retain(|view| view.covered().texels.iter().filter(|&&c| c).count() > 50);
     assert!(views.iter().filter(|view| view.normals.at(0, 0)[2] == 0.0).count() >= 10);
-    let narrow = |view: &ByHand| match view.projection {
-        Projection::Perspective { tan_half_fov_y, .. } => tan_half_fov_y < 0.1,
-        Projection::Orthographic { .. } => false,
-    };
+    let narrow = |view: &ByHand| view.projection.is_perspective() && view.projection.half_extents()[1] < 0.1;
     let wide: Vec<ByHand> = views.iter().filter(|view| !narrow(view)).cloned().collect();
     for method in rig::methods() {
         // Beyond 64 texels, float32 is too imprecise for the sum of micro-spheres: see `amplifies` in
@@ -90,7 +87,7 @@ fn walls_along_the_view_axis_match_their_twins_and_are_open() {
 #[test]
 fn a_sample_straight_in_front_closes_its_direction_by_its_weight() {
     // With this projection, x' is 4/41 at column 22 and 8/41 at column 24.
-    let projection = Projection::Perspective { tan_half_fov_x: 1.0, tan_half_fov_y: 3.0 / 41.0 };
+    let projection = Projection::Perspective(Extents::centred(1.0, 3.0 / 41.0));
     let context = Context::open(Backend::Egl).unwrap();
     for z in [1e-6, 1.0, 1e6, 1e12] {
         let depth = Image::from_fn(41, 3, |x, y| match (x, y) {
@@ -139,7 +136,7 @@ fn steps_that_collapse_towards_the_centre_match_their_twins() {
         let view = [by_hand::rubble(SIZE, projection, 11, 8.0..9.0)];
         let texel = match projection {
             Projection::Orthographic { .. } => 0.25,
-            Projection::Perspective { tan_half_fov_y, .. } => 8.0 * 2.0 * tan_half_fov_y / f64::from(SIZE.1),
+            Projection::Perspective(extents) => 8.0 * 2.0 * extents.half()[1] / f64::from(SIZE.1),
         };
         for method in rig::methods() {
             for texels in [0.1, 0.999, 1.001, 1.3] {

@@ -18,6 +18,7 @@ mod extremes;
 mod golden;
 mod half_resolution;
 mod invariance;
+mod off_centre;
 mod precision;
 mod request;
 mod shaders;

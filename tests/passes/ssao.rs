@@ -9,7 +9,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference::anatomy::Anatomy;
 use hbao::reference::visibility;
-use hbao::scene::Projection;
+use hbao::scene::{Extents, Projection};
 use hbao::settings::{Jitter, Method, Radius, SsaoDepth, SsaoRotation, Toggle};
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget, rotation_tile};
 
@@ -149,9 +149,9 @@ impl Wedge {
 
     fn projection(&self) -> Projection {
         if self.perspective {
-            Projection::Perspective { tan_half_fov_x: 1.0, tan_half_fov_y: 1.0 }
+            Projection::Perspective(Extents::centred(1.0, 1.0))
         } else {
-            Projection::Orthographic { half_width: Wedge::Z, half_height: Wedge::Z }
+            Projection::Orthographic(Extents::centred(Wedge::Z, Wedge::Z))
         }
     }
 

@@ -9,7 +9,7 @@ use crate::rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
 use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Image;
-use hbao::scene::Projection;
+use hbao::scene::{Extents, Projection};
 use hbao::settings::{AoFormat, Method, Radius, SsaoDepth};
 use hbao::{
     AmbientOcclusion, Error, Format, NormalEncoding, Pipeline, Request, Settings, TextureRef, TextureTarget,
@@ -289,7 +289,7 @@ fn state_is_put_back_after_an_error_too() {
     ao.render(&textures.inputs).unwrap();
     assert!(AmbientOcclusion::new(gl.clone(), (0, 1), &settings()).is_err());
     assert_same(&before, &reporter.state(), "a refused size");
-    textures.inputs.projection = Projection::Orthographic { half_width: 0.0, half_height: 1.0 };
+    textures.inputs.projection = Projection::Orthographic(Extents::centred(0.0, 1.0));
     assert!(ao.render(&textures.inputs).is_err());
     assert_same(&before, &reporter.state(), "a refused projection");
 }

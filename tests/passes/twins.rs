@@ -7,7 +7,7 @@ use crate::rig::{Frame, SIZE, Shot, everywhere, hold, scenes, twin};
 use glam::DVec3;
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
-use hbao::scene::Projection;
+use hbao::scene::{Extents, Projection};
 use hbao::settings::{
     AoFormat, Attenuation, BlurKernel, Clamp, DepthFormat, Edges, Exit, Grounding, Jitter, KNOBS, Kind, Knob, Method,
     NormalFormat, Normals, Quadrature, Radius, Snap, SsaoDepth, SsaoRotation, Toggle, Zenith,
@@ -261,10 +261,8 @@ fn hills(projection: Projection, seed: u128) -> ByHand {
 fn an_applications_own_textures_of_either_kind_and_encoding_match_the_twin() {
     let context = Context::open(Backend::Egl).unwrap();
     // The texels are wider than high, in perspective too.
-    let projections = [
-        Projection::Perspective { tan_half_fov_x: 1.1, tan_half_fov_y: 0.5 },
-        Projection::Orthographic { half_width: 9.0, half_height: 4.0 },
-    ];
+    let projections =
+        [Projection::Perspective(Extents::centred(1.1, 0.5)), Projection::Orthographic(Extents::centred(9.0, 4.0))];
     for (seed, projection) in (1..).zip(projections) {
         let view = hills(projection, seed);
         for target in [TextureTarget::Rectangle, TextureTarget::Texture2d] {
@@ -313,7 +311,7 @@ fn inputs_of_another_kind_or_size_and_projections_without_extent_are_refused() {
     flat.normals.target = TextureTarget::Texture2d;
     refused(SIZE, flat, "the normals texture is not of the declared kind");
     for tan_half_fov_x in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let projection = Projection::Perspective { tan_half_fov_x, tan_half_fov_y: 1.0 };
+        let projection = Projection::Perspective(Extents::centred(tan_half_fov_x, 1.0));
         refused(SIZE, Inputs { projection, ..textures.inputs }, "must be finite and above 0");
     }
     let marched = Settings { method: Method::RayMarch, ..rig::float_settings(2.0) };

@@ -6,7 +6,7 @@ use glow::HasContext as _;
 use hbao::image::Image;
 use hbao::reference;
 use hbao::rotation_tile;
-use hbao::scene::Projection;
+use hbao::scene::{Extents, Projection};
 use hbao::{AmbientOcclusion, BACKGROUND_R32F, Inputs, NormalEncoding, Settings, TextureRef, TextureTarget};
 use std::sync::Arc;
 
@@ -141,22 +141,20 @@ pub fn read_red(gl: &glow::Context, image: TextureRef, texels: usize) -> Vec<f32
 /// A perspective with this vertical field of view in degrees, and with square pixels.
 pub fn perspective(fov_y: f64, (width, height): (u32, u32)) -> Projection {
     let tan_half_fov_y = (fov_y.to_radians() / 2.0).tan();
-    Projection::Perspective { tan_half_fov_x: tan_half_fov_y * f64::from(width) / f64::from(height), tan_half_fov_y }
+    let tan_half_fov_x = tan_half_fov_y * f64::from(width) / f64::from(height);
+    Projection::Perspective(Extents::centred(tan_half_fov_x, tan_half_fov_y))
 }
 
 /// An orthographic view in which texels have this size in scene units.
 pub fn orthographic(texel: f64, (width, height): (u32, u32)) -> Projection {
-    Projection::Orthographic {
-        half_width: texel * f64::from(width) / 2.0,
-        half_height: texel * f64::from(height) / 2.0,
-    }
+    Projection::Orthographic(Extents::centred(texel * f64::from(width) / 2.0, texel * f64::from(height) / 2.0))
 }
 
 /// Returns x' and y' of a texel's centre.
 pub fn slope(projection: Projection, (width, height): (u32, u32), x: usize, y: usize) -> [f64; 2] {
     let [u, v] = [(x as f64 + 0.5) / f64::from(width), (y as f64 + 0.5) / f64::from(height)];
-    let [half_x, half_y] = projection.half_extents();
-    [(2.0 * u - 1.0) * half_x, (2.0 * v - 1.0) * half_y]
+    let ([half_x, half_y], [x, y]) = (projection.half_extents(), projection.middle_at(1.0));
+    [x + (2.0 * u - 1.0) * half_x, y + (2.0 * v - 1.0) * half_y]
 }
 
 /// The depth and normals of the plane n.X = distance, in float32.

@@ -1,6 +1,6 @@
 //! Measures how near to each other two surfaces may lie before the depth test confuses them.
 
-use crate::scene::{Camera, Mesh, Projection};
+use crate::scene::{Camera, Extents, Mesh, Projection};
 use crate::settings::{Radius, Settings};
 use crate::{Error, Pipeline, Request, reference};
 use glam::DVec3;
@@ -37,9 +37,9 @@ pub fn unresolved_gap(
     let tan = 0.1;
     let half = DVec3::new(width as f64 / height as f64, 1.0, 0.0) * tan;
     let projection = if orthographic {
-        Projection::Orthographic { half_width: half.x * z, half_height: half.y * z }
+        Projection::Orthographic(Extents::centred(half.x * z, half.y * z))
     } else {
-        Projection::Perspective { tan_half_fov_x: half.x, tan_half_fov_y: half.y }
+        Projection::Perspective(Extents::centred(half.x, half.y))
     };
     let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
     let camera = Camera { eye: DVec3::ZERO, right: axes[0], up: axes[1], forward: axes[2], projection, near, far };

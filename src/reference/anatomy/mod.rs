@@ -243,7 +243,7 @@ mod tests {
 
     use super::*;
     use crate::image::Image;
-    use crate::projection::Projection;
+    use crate::projection::{Extents, Projection};
     use crate::reference::visibility;
     use crate::rotation_tile;
     use crate::settings::{Clamp, Exit, Grounding, Method, Radius, Snap, Toggle, Zenith};
@@ -280,9 +280,9 @@ mod tests {
         let mut component = |low: f64| low + (1.0 - low) * uniform(random);
         let normals = Image::from_fn(SIZE.0, SIZE.1, |_, _| [component(-1.0), component(-1.0), -component(0.1)]);
         let projection = if random.next_u64().is_multiple_of(3) {
-            Projection::Orthographic { half_width: 1.8, half_height: 1.4 }
+            Projection::Orthographic(Extents::centred(1.8, 1.4))
         } else {
-            Projection::Perspective { tan_half_fov_x: 0.6, tan_half_fov_y: 0.5 }
+            Projection::Perspective(Extents::centred(0.6, 0.5))
         };
         View { depth, normals, projection }
     }
@@ -462,10 +462,9 @@ mod tests {
         let settings = Settings { radius: Radius::Units(1.0), ..Settings::default() };
         let tile = rotation_tile(&settings);
         let (n, pixel) = (DVec3::new(0.5, -0.4, -0.6), (18, 14));
-        for projection in [
-            Projection::Perspective { tan_half_fov_x: 0.6, tan_half_fov_y: 0.5 },
-            Projection::Orthographic { half_width: 1.8, half_height: 1.4 },
-        ] {
+        for projection in
+            [Projection::Perspective(Extents::centred(0.6, 0.5)), Projection::Orthographic(Extents::centred(1.8, 1.4))]
+        {
             let [half_x, half_y] = projection.half_extents();
             let depth = Image::from_fn(SIZE.0, SIZE.1, |x, y| {
                 let of = |i: usize, count: usize, half: f64| ((2 * i + 1) as f64 / count as f64 - 1.0) * half;

@@ -8,7 +8,6 @@ use crate::report::lab::{Lab, compare};
 use crate::report::measures::Measures;
 use crate::report::scenes;
 use hbao::image::Image;
-use hbao::scene::Projection;
 use hbao::settings::Method;
 use hbao::{Error, Pipeline, Request, Settings, size_limit};
 
@@ -112,10 +111,7 @@ fn beyond_the_border(lab: &Lab, _: &Measures) -> Result<Claim, Error> {
         }
         let settings = subject.exact(Method::Hbao);
         let mut camera = subject.camera(lab.size)?;
-        if let Projection::Perspective { tan_half_fov_x, tan_half_fov_y } = &mut camera.projection {
-            *tan_half_fov_x *= f64::from(wide.0) / width as f64;
-            *tan_half_fov_y *= f64::from(wide.1) / height as f64;
-        }
+        camera.projection = camera.projection.part(lab.size, (-(margin as i64), -(margin as i64)), wide);
         let mut pipeline = Pipeline::new(lab.gl, wide, &settings, Request::default())?;
         pipeline.render(&subject.mesh, &camera)?;
         let (depth, whole) = (pipeline.depth()?, pipeline.ao()?);

@@ -9,7 +9,6 @@ use crate::report::subject::Subject;
 use hbao::image::Image;
 use hbao::measure::table::Table;
 use hbao::reference::{self, TwinInputs, anatomy::Anatomy, blur};
-use hbao::scene::Projection;
 use hbao::settings::Method;
 use hbao::{Error, Pipeline, Request, Settings, rotation_tile, size_limit};
 
@@ -188,13 +187,10 @@ pub(in crate::report) fn border(lab: &Lab, subject: &Subject) -> Result<Option<B
     }
     let settings = subject.exact(Method::Ssao);
     let mut camera = subject.camera(size)?;
-    match &mut camera.projection {
-        Projection::Perspective { tan_half_fov_x, tan_half_fov_y } => {
-            *tan_half_fov_x *= f64::from(wide.0) / width as f64;
-            *tan_half_fov_y *= f64::from(wide.1) / height as f64;
-        }
-        _ => return Ok(None),
+    if !camera.projection.is_perspective() {
+        return Ok(None);
     }
+    camera.projection = camera.projection.part(size, (-(corner.0 as i64), -(corner.1 as i64)), wide);
     let request = Request { gbuffer_only: true, ..Request::default() };
     let mut pipeline = Pipeline::new(lab.gl, wide, &settings, request)?;
     pipeline.render(&subject.mesh, &camera)?;
