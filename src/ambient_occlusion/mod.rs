@@ -1,19 +1,23 @@
 //! Ambient occlusion of depth and normals that an application owns: the part of the library that applications embed.
 
+mod check;
+mod diagnose;
+mod evidence;
 mod inputs;
 mod plan;
 mod programs;
 mod targets;
 
-pub use inputs::Inputs;
+pub use diagnose::Finding;
+pub use inputs::{Inputs, Viewport};
 pub(crate) use programs::Purpose;
 
 use crate::Error;
 use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
-use crate::pass::method::MethodView;
-use crate::pass::{DepthInput, FullScreen, Grid, TextureRef};
+use crate::pass::method::{MethodView, NormalsInput};
+use crate::pass::{FullScreen, Grid, TextureRef};
 use crate::projection::Projection;
 use crate::settings::{AoFormat, DepthSigma, MethodBlur, Settings};
 use glow::HasContext;
@@ -178,8 +182,11 @@ impl AmbientOcclusion {
     /// are valid until the next call.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a texture of another size or number of samples than declared, a projection without extent,
-    /// or a near plane that `ray-march` cannot use. [`Error::Gl`] for a texture of another kind than declared, if
+    /// [`Error::Usage`] for inputs that cannot be right: a texture of another size or number of samples than declared, a
+    /// layer that does not exist, or a format that cannot hold what its encoding says; a viewport of another size, or one
+    /// that reaches past a texture; near and far planes in the wrong order, a matrix that is no projection, or a view
+    /// matrix that is no rotation; a projection without extent; or a near plane that `ray-march` cannot use. What is
+    /// plausible and still wrong, [`AmbientOcclusion::diagnose`] finds. [`Error::Gl`] for a texture of another kind than declared, if
     /// transform feedback is active, if an OpenGL error is pending, or if the driver refuses a shader, an allocation or
     /// a call.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
@@ -207,16 +214,23 @@ impl AmbientOcclusion {
 
     fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
-        inputs.check(&gl, self.size, self.settings.method)?;
+        let checked = inputs.check(&gl, self.size, self.settings.method)?;
         // Edges are detected if the blur treats them separately, or if the caller asks for them.
         let edges = plan::supersamples(&self.settings) || extras.edges;
-        let programs = self.programs_for(inputs.kind(self.purpose, edges))?;
+        let programs = self.programs_for(inputs.kind(&checked, self.purpose, edges))?;
         let (programs, full_screen, targets) = (&self.programs[programs], &self.full_screen, &self.targets);
         self.last = programs.plan.last();
         let last = &targets[self.last];
-        let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };
         let mut kept = Kept::default();
 
+        let mut depth = checked.depth;
+        if let Some(linear_depth) = &programs.linear_depth {
+            timers.pass("linear_depth", || {
+                // This target has no stencil: background is not known before this pass.
+                depth = linear_depth.draw(full_screen, &checked.depth, checked.curve);
+                Ok(())
+            })?;
+        }
         timers.pass("background", || {
             // Every target is cleared to 1, the value of background. The stencil keeps every pass away from background.
             for target in &targets[..programs.plan.scales.len()] {
@@ -242,22 +256,31 @@ impl AmbientOcclusion {
                 Ok(())
             })?;
         }
+        let mut normals = checked.normals;
+        if let Some(rebuilt) = &programs.rebuilt_normals {
+            timers.pass("rebuilt_normals", || {
+                only_where(&gl, COVERED, COVERED);
+                rebuilt.draw(full_screen, &depth, inputs.projection);
+                normals = Some(NormalsInput { image: (&rebuilt.texture).into(), part: None, to_eye: None });
+                Ok(())
+            })?;
+        }
         if let Some(ao) = &programs.ao {
             timers.pass("ao", || {
                 targets[0].framebuffer.bind();
                 only_where(&gl, COVERED, COVERED);
-                let view = MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near };
-                ao.draw(full_screen, &depth, inputs.normals, view, self.radius, &self.settings);
+                let view = MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near() };
+                ao.draw(full_screen, &depth, normals.as_ref(), view, self.radius, &self.settings);
                 Ok(())
             })?;
         }
         if extras.raw {
             kept.raw = Some(read(&targets[0])?);
         }
-        if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, inputs.samples, programs.plan.full()) {
+        if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, &checked.samples, programs.plan.full()) {
             timers.pass("edges", || {
                 targets[full].framebuffer.bind();
-                mark(&gl, EDGE, || edges.draw(full_screen, samples, inputs.background, self.depth_sigma));
+                mark(&gl, EDGE, || edges.draw(full_screen, samples, depth.background, self.depth_sigma));
                 Ok(())
             })?;
         }
@@ -276,7 +299,7 @@ impl AmbientOcclusion {
             timers.pass(step.name, || {
                 last.framebuffer.bind();
                 only_where(&gl, EDGE, EDGE);
-                blur.draw(full_screen, &targets[step.from].texture, &depth, inputs.samples, self.depth_sigma);
+                blur.draw(full_screen, &targets[step.from].texture, &depth, checked.samples.as_ref(), self.depth_sigma);
                 Ok(())
             })?;
         }
@@ -311,8 +334,10 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
             return Ok(found);
         }
-        let programs = Programs::new(&self.gl, &self.settings, self.purpose, self.size, kind)?;
+        let mut programs = Programs::new(&self.gl, &self.settings, self.purpose, self.size, kind)?;
         self.allocate(&programs.plan)?;
+        let drawn = &self.targets[0];
+        programs.add_rebuilt_normals(&self.gl, &self.settings, drawn.grid, &drawn.stencil)?;
         self.programs.push(programs);
         Ok(self.programs.len() - 1)
     }

@@ -2,9 +2,9 @@
 //! them.
 
 use crate::Error;
+use crate::encoding::NormalEncoding;
 use crate::gl::target::Attachment;
 use crate::gl::{self, Format, MultisampleTexture, Renderbuffer, Target, Texture};
-use crate::pass::method::NormalEncoding;
 use crate::pass::resolve::Resolve;
 use crate::pass::{DepthSamples, FullScreen, probe};
 use crate::settings::{DepthFormat, NormalFormat, Settings};
