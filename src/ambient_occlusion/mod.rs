@@ -51,7 +51,7 @@ pub(crate) struct Kept {
 ///
 /// All OpenGL state that a call changes is restored, after an error too: the enabled capabilities; the masks, blending,
 /// stencil and polygon mode; the viewport; the bound program, vertex array, framebuffers and renderbuffer; texture
-/// units 0 to 3; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
+/// units 0 to 3 with their samplers; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
 /// that exists only in later versions is neither saved nor changed.
 ///
 /// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
@@ -75,6 +75,8 @@ pub struct AmbientOcclusion {
     /// The index of the target that holds the result.
     last: usize,
     programs: Vec<Programs>,
+    /// The index of the programs of the last run.
+    current: usize,
 }
 
 impl AmbientOcclusion {
@@ -134,6 +136,7 @@ impl AmbientOcclusion {
                 targets: Vec::new(),
                 last: 0,
                 programs: Vec::new(),
+                current: 0,
                 gl,
             };
             ao.allocate(&Plan::new(&ao.settings, false))?;
@@ -204,6 +207,23 @@ impl AmbientOcclusion {
         Ok(self.texture().into())
     }
 
+    /// Returns the linear depth that the last call of [`AmbientOcclusion::render`] made from encoded or multisample
+    /// depth: a rectangle texture in R32F, [`BACKGROUND_R32F`](crate::BACKGROUND_R32F) on background. `None` if the
+    /// caller's depth was linear already. Like the result, it is valid until the next call.
+    #[must_use]
+    pub fn linear_depth(&self) -> Option<TextureRef> {
+        self.programs.get(self.current)?.linear_depth.as_ref().map(|pass| (&pass.texture).into())
+    }
+
+    /// Returns the normals that the last call of [`AmbientOcclusion::render`] rebuilt from depth: a rectangle texture in
+    /// RGBA16F, of left-handed eye space and of any length, undefined on background. At half resolution it has half the
+    /// width and height, rounded up. `None` if the caller has normals, or if the method reads none. Like the result, it
+    /// is valid until the next call.
+    #[must_use]
+    pub fn rebuilt_normals(&self) -> Option<TextureRef> {
+        self.programs.get(self.current)?.rebuilt_normals.as_ref().map(|pass| (&pass.texture).into())
+    }
+
     /// Runs the passes, and reads back what `extras` asks for.
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
@@ -217,8 +237,8 @@ impl AmbientOcclusion {
         let checked = inputs.check(&gl, self.size, self.settings.method)?;
         // Edges are detected if the blur treats them separately, or if the caller asks for them.
         let edges = plan::supersamples(&self.settings) || extras.edges;
-        let programs = self.programs_for(inputs.kind(&checked, self.purpose, edges))?;
-        let (programs, full_screen, targets) = (&self.programs[programs], &self.full_screen, &self.targets);
+        self.current = self.programs_for(inputs.kind(&checked, self.purpose, edges))?;
+        let (programs, full_screen, targets) = (&self.programs[self.current], &self.full_screen, &self.targets);
         self.last = programs.plan.last();
         let last = &targets[self.last];
         let mut kept = Kept::default();
