@@ -135,10 +135,13 @@ fn of_matrix(m: &[f64; 16], range: ClipRange, perspective: bool) -> Result<Curve
     if [m[2], m[3], m[6], m[7]] != [0.0; 4] {
         return refuse("has rows of z and w that depend on x or y: its near plane is oblique, or it is transposed");
     }
-    // ndc = (m10 z_eye + m14) / (m11 z_eye + m15), where z_eye is z or -z.
-    let (in_perspective, orthographic) = (m[11] != 0.0 && m[15] == 0.0, m[11] == 0.0 && m[15] != 0.0);
+    // ndc = (m10 z_eye + m14) / (m11 z_eye + m15), where z_eye is z or -z, and the row of w is (0, 0, 1 or -1, 0) or (0,
+    // 0, 0, 1).
+    let (in_perspective, orthographic) = (m[11].abs() == 1.0 && m[15] == 0.0, m[11] == 0.0 && m[15] == 1.0);
     if !(in_perspective || orthographic) {
-        return refuse("has a row of w that is neither perspective nor orthographic");
+        return refuse(
+            "has a row of w that is neither perspective, (0, 0, 1 or -1, 0), nor orthographic, (0, 0, 0, 1)",
+        );
     }
     if in_perspective != perspective {
         let words = if in_perspective { "is perspective" } else { "is orthographic" };
@@ -150,9 +153,8 @@ fn of_matrix(m: &[f64; 16], range: ClipRange, perspective: bool) -> Result<Curve
         ClipRange::ZeroToOne => [0.0, 1.0],
     };
     if perspective {
-        // d = constant + slope / z. The point lies in front of the eye where w is above 0, so w = |m11| z.
-        let w = m[11].abs();
-        let (constant, slope) = (a + b * m[10] * m[11].signum() / w, b * m[14] / w);
+        // d = constant + slope / z. The point lies in front of the eye where w is above 0, so w = z.
+        let (constant, slope) = (a + b * m[10] * m[11], b * m[14]);
         let reversed = slope > 0.0;
         let (at_far, rise) = ((if reversed { -constant } else { 1.0 - constant }) / slope, slope.abs().recip());
         if !(at_far.is_finite() && rise.is_finite() && at_far + rise > 0.0) {
@@ -161,7 +163,7 @@ fn of_matrix(m: &[f64; 16], range: ClipRange, perspective: bool) -> Result<Curve
         return Ok(Curve::Perspective { at_far, rise, reversed });
     }
     // d = constant + slope z_eye. Both planes lie in front of the eye, so their sign tells the hand.
-    let (constant, slope) = (a + b * m[14] / m[15], b * m[10] / m[15]);
+    let (constant, slope) = (a + b * m[14], b * m[10]);
     let planes = [-constant / slope, (1.0 - constant) / slope];
     let forward = if planes[0] + planes[1] < 0.0 { -1.0 } else { 1.0 };
     let planes = planes.map(|z| z * forward);

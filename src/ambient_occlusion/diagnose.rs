@@ -267,10 +267,10 @@ impl AmbientOcclusion {
         let scale = f64::from(self.settings.ao_scale());
         let picture = f64::from(self.size.0.max(self.size.1)) / scale;
         let (below, beyond) = (share(&|z| z > exit || texels(z) < 1.0), share(&|z| texels(z) > picture));
-        if below > 0.5 {
+        if below > 0.9 {
             findings.push(Finding::RadiusBelowTexels(below));
         }
-        if beyond > 0.5 {
+        if beyond > 0.9 {
             findings.push(Finding::RadiusBeyondPicture(beyond));
         }
         Ok(())
@@ -304,7 +304,7 @@ fn of_normals(seen: &Evidence, findings: &mut Vec<Finding>) {
     let mut best = (Finding::NormalsDisagree(given), given + 0.1);
     for (finding, normals) in candidates {
         let fits = score(seen, &normals).unwrap_or(-1.0);
-        if fits > best.1 && fits > 0.7 {
+        if fits > best.1 && fits > 0.85 {
             best = (finding, fits);
         }
     }

@@ -8,7 +8,7 @@ use crate::rig;
 use crate::rig::by_hand::{self, ByHand, Textures, read_red};
 use crate::rig::process::in_own_process;
 use crate::rig::stored::{Depths, Stored, matrix, upload};
-use crate::rig::{SIZE, Shot, everywhere, hold, scenes, twin};
+use crate::rig::{SIZE, Shot, everywhere, hold, scenes};
 use glow::HasContext as _;
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
@@ -217,23 +217,33 @@ fn what_depth_is_rounded_to_moves_occlusion_within_the_bound_of_its_precision() 
 #[test]
 fn every_method_reads_hardware_depth() {
     let context = Context::open(Backend::Egl).unwrap();
-    let shot = scenes::box_on_a_floor();
-    let view = seen(context.gl(), &shot, SIZE);
-    let textures = Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed);
+    let gl = context.gl();
+    // In a row of a floor all pixels have the same depth, and one tie would be a tie of all: the camera is rolled.
+    let shot = scenes::box_on_a_floor().rolled();
+    let view = seen(gl, &shot, SIZE);
+    let textures = Textures::new(gl, &view, TextureTarget::Rectangle, NormalEncoding::Signed);
     let encoding = DepthEncoding::reversed(planes(&view)[0], f64::INFINITY);
-    let stored = Stored::new(context.gl(), &view, encoding, Depths::Float, TextureTarget::Texture2d);
+    let stored = Stored::new(gl, &view, encoding, Depths::Float, TextureTarget::Texture2d);
     for method in rig::methods() {
         for half_res in [false, true] {
             let settings = Settings { radius: Radius::Units(shot.radius), half_res, ..rig::raw(method, shot.radius) };
             // The near plane of the encoding is the one at which rays end.
             let inputs = Inputs { depth: stored.image, depth_encoding: encoding, near: 0.0, ..textures.inputs };
-            let mut ao = AmbientOcclusion::new(context.gl().clone(), SIZE, &settings).unwrap();
+            let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings).unwrap();
             let visibility = ao.render(&inputs).unwrap();
             let (width, height) = if half_res { (49, 31) } else { (97, 61) };
-            let got = Image { width, height, texels: read_red(context.gl(), visibility, width * height) };
+            let got = Image { width, height, texels: read_red(gl, visibility, width * height) };
+            let linear = Textures::new(gl, &stored.linear, TextureTarget::Rectangle, NormalEncoding::Signed);
+            let visibility = ao.render(&Inputs { near: planes(&view)[0], ..linear.inputs }).unwrap();
+            let expected = Image { width, height, texels: read_red(gl, visibility, width * height) };
+            // On a plane the samples that were clamped to one border are in line with P and equally high, and which of
+            // them is the highest is rounding. In `hbao-talk` that decides on the weight, in half of this picture.
             let tile = rotation_tile(&settings);
             let inputs = reference::TwinInputs { near: planes(&view)[0], ..stored.linear.twin_inputs(&tile) };
-            twin::hold_visibility(&got, &inputs, &settings, &format!("{method:?}, half: {half_res}"));
+            let clear = reference::ambiguous(&inputs, &settings).unwrap().map(|ambiguous| !ambiguous);
+            let count = clear.texels.iter().filter(|&&clear| clear).count();
+            assert!(3 * count > width * height, "{method:?}: {count} pixels are clear");
+            hold("hardware depth", &got, &expected, &clear, everywhere(1e-3), &format!("{method:?}, half: {half_res}"));
         }
     }
 }
@@ -313,7 +323,7 @@ fn multisample_hardware_depth_gives_the_occlusion_of_linear_depth_of_the_same_sa
         projection,
     };
     let textures = Textures::new(gl, &flat, TextureTarget::Rectangle, NormalEncoding::Signed);
-    let settings = Settings { ao_format: AoFormat::R32f, blur: 9, ..rig::float_settings(1.5) };
+    let settings = Settings { ao_format: AoFormat::R32f, blur: 9, ..rig::float_settings(3.0) };
     for encoding in [
         DepthEncoding::standard(1.0, 100.0),
         DepthEncoding::reversed(1.0, f64::INFINITY),
@@ -339,10 +349,10 @@ fn multisample_hardware_depth_gives_the_occlusion_of_linear_depth_of_the_same_sa
             samples: Some(DepthSamples { texture: linear, samples }),
             ..textures.inputs
         };
-        assert_eq!(occlusion(gl, SIZE, &settings, &resolved), expected);
+        assert!(occlusion(gl, SIZE, &settings, &resolved) == expected);
         // The samples matter.
         let without = occlusion(gl, SIZE, &settings, &Inputs { samples: None, ..resolved });
-        assert_ne!(without, expected);
+        assert!(without != expected && expected.texels.iter().any(|&a| a < 0.9), "{encoding:?}");
     }
 }
 
@@ -384,14 +394,14 @@ fn a_viewport_in_larger_textures_gives_what_textures_of_its_size_give() {
             let inputs = Inputs::new(linear.texture, normals.texture, target, view.projection);
             let inputs = Inputs { viewport, ..inputs };
             let text = format!("{target:?}\n{}", settings.to_toml());
-            assert_eq!(occlusion(gl, SIZE, &settings, &inputs), expected, "{text}");
+            assert!(occlusion(gl, SIZE, &settings, &inputs) == expected, "{text}");
             let expected = {
                 let whole = Textures::new(gl, &view, TextureTarget::Rectangle, NormalEncoding::Signed);
                 let inputs = Inputs { depth: stored.image, depth_encoding: encoding, ..whole.inputs };
                 occlusion(gl, SIZE, &settings, &inputs)
             };
             let inputs = Inputs { depth: encoded, depth_encoding: encoding, ..inputs };
-            assert_eq!(occlusion(gl, SIZE, &settings, &inputs), expected, "hardware depth, {text}");
+            assert!(occlusion(gl, SIZE, &settings, &inputs) == expected, "hardware depth, {text}");
         }
     }
 }
@@ -449,7 +459,7 @@ fn a_depth_texture_keeps_its_parameters_and_they_do_not_matter() {
             for (parameter, value) in parameters {
                 gl.tex_parameter_i32(glow::TEXTURE_2D, parameter, value as i32);
             }
-            assert_eq!(occlusion(gl, SIZE, &settings(shot.radius), &inputs), expected);
+            assert!(occlusion(gl, SIZE, &settings(shot.radius), &inputs) == expected);
             gl.bind_texture(glow::TEXTURE_2D, Some(stored.image.texture));
             for (parameter, value) in parameters {
                 assert_eq!(gl.get_tex_parameter_i32(glow::TEXTURE_2D, parameter), value as i32, "0x{parameter:x}");

@@ -99,7 +99,8 @@ fn compile_for_textures(gl: &std::sync::Arc<glow::Context>, projection: Projecti
 /// Compiles the shaders for depth buffers of every convention, for layers and viewports, and for normals of every space
 /// and encoding.
 fn compile_for_inputs(gl: &std::sync::Arc<glow::Context>, view: &ByHand, ao: &mut AmbientOcclusion) {
-    let whole = Textures::new(gl, view, TextureTarget::Texture2d, NormalEncoding::Signed).inputs;
+    let textures = Textures::new(gl, view, TextureTarget::Texture2d, NormalEncoding::Signed);
+    let whole = textures.inputs;
     let conventions = [
         DepthEncoding::standard(0.1, 10.0),
         DepthEncoding::reversed(0.1, 10.0),

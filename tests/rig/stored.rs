@@ -126,13 +126,9 @@ pub fn encode(encoding: DepthEncoding, perspective: bool, z: f64) -> f64 {
                 let ndc = (m[10] * z + m[14]) / (m[11] * z + m[15]);
                 if range == ClipRange::MinusOneToOne { ndc / 2.0 + 0.5 } else { ndc }
             };
-            let hand = if m[11] != 0.0 {
-                m[11]
-            } else if (0.0..=1.0).contains(&at(20.0)) {
-                1.0
-            } else {
-                -1.0
-            };
+            // In an orthographic view both planes lie in front of the eye, and so does the middle between them.
+            let middle = if range == ClipRange::MinusOneToOne { 0.0 } else { 0.5 };
+            let hand = if m[11] != 0.0 { m[11] } else { ((middle - m[14]) / m[10]).signum() };
             let rises = at(hand * 20.0) > at(hand * 10.0);
             if z.is_infinite() { f64::from(u8::from(rises)) } else { at(hand * z) }
         }
