@@ -498,9 +498,9 @@ fn linear_depth_and_rebuilt_normals_are_passes_of_their_own_where_they_are_neede
     assert!(!names(&rig::raw(Method::None, 1.0), &without(textures.inputs)).contains(&"rebuilt_normals"));
 }
 
-/// Prints what the passes cost. `cargo test --release --test passes the_price_of_inputs -- --ignored --nocapture`
+/// Prints what the passes cost. `cargo test --test passes the_price_of_inputs -- --ignored --nocapture`
 #[test]
-#[ignore = "measures times: run it alone, in a release build"]
+#[ignore = "measures times: run it alone"]
 fn the_price_of_inputs() {
     let context = Context::open(Backend::Egl).unwrap();
     let gl = context.gl();

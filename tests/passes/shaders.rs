@@ -167,7 +167,7 @@ fn every_shader_is_glsl_3_30_core_and_an_error_planted_in_any_is_caught() {
     // The last fallback of the G-buffer writes biased normals. No driver at hand needs it, so its switch is defined
     // here.
     let gbuffers: Vec<_> =
-        shaders.iter().filter(|(_, text)| text.contains("#ifdef NORMALS_BIASED\n    out_2")).collect();
+        shaders.iter().filter(|(_, text)| text.contains("#ifdef NORMALS_BIASED\n    out_1")).collect();
     assert!(gbuffers.len() >= 4, "{} shaders of the G-buffer", gbuffers.len());
     for (path, text) in gbuffers {
         let biased = text.replacen("core\n", "core\n#define NORMALS_BIASED 1\n", 1);

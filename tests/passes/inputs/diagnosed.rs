@@ -81,7 +81,14 @@ fn normals_that_are_wrong_are_found_and_named() {
         let away = engine.with_normals(gl, |n| n.map(|c| -c));
         assert_eq!(away.found(gl, &away.textures.inputs), [Finding::NormalsFaceAway], "{}", shot.name);
         let down = engine.with_normals(gl, |[x, y, z]| [x, -y, z]);
-        assert_eq!(down.found(gl, &down.textures.inputs), [Finding::NormalsUpsideDown], "{}", shot.name);
+        let found = down.found(gl, &down.textures.inputs);
+        // Seen straight on without perspective, the Cornell box shows neither floor nor ceiling, and nothing is wrong.
+        let shown = shot.name != "cornell-box" || engine.view.projection.is_perspective();
+        assert!(
+            if shown { found == [Finding::NormalsUpsideDown] } else { found.is_empty() },
+            "{}: {found:?}",
+            shot.name
+        );
 
         let biased = engine.with_normals(gl, |n| n.map(|c| 0.5 * c + 0.5));
         assert_eq!(biased.found(gl, &biased.textures.inputs), [Finding::NormalsOfOtherEncoding], "{}", shot.name);
