@@ -135,8 +135,8 @@ fn of_matrix(m: &[f64; 16], range: ClipRange, perspective: bool) -> Result<Curve
     if [m[2], m[3], m[6], m[7]] != [0.0; 4] {
         return refuse("has rows of z and w that depend on x or y: its near plane is oblique, or it is transposed");
     }
-    // ndc = (m10 z_eye + m14) / (m11 z_eye + m15), where z_eye is z or -z, and the row of w is (0, 0, 1 or -1, 0) or (0,
-    // 0, 0, 1).
+    // ndc = (m10 z_eye + m14) / (m11 z_eye + m15), where z_eye is z or -z. The row of w is (0, 0, 1 or -1, 0) or
+    // (0, 0, 0, 1).
     let (in_perspective, orthographic) = (m[11].abs() == 1.0 && m[15] == 0.0, m[11] == 0.0 && m[15] == 1.0);
     if !(in_perspective || orthographic) {
         return refuse(

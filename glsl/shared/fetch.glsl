@@ -2,9 +2,10 @@
 // own textures are rectangle textures. The depth and normals of a caller may be in textures of other kinds, and may be
 // a part of larger ones.
 //
-// Compiled in: one of DEPTH_RECTANGLE, DEPTH_LAYER and DEPTH_MULTISAMPLE, if depth is a rectangle texture, a layer of an
-// array, or the first sample of a multisample texture; DEPTH_VIEWPORT, if depth is a part of the texture; and SCALE, if
-// a texel of the target stands for more than one pixel of the full image: a vec2 with the number of pixels in x and y.
+// Compiled in: one of DEPTH_RECTANGLE, DEPTH_LAYER and DEPTH_MULTISAMPLE, if depth is a rectangle texture, a layer of
+// an array, or the first sample of a multisample texture; DEPTH_VIEWPORT, if depth is a part of the texture; and SCALE,
+// if a texel of the target stands for more than one pixel of the full image: a vec2 with the number of pixels in x and
+// y.
 uniform vec2 texel;    // 1 / size of the texture of depth; used for two-dimensional textures and layers only
 uniform vec4 viewport; // the part of the caller's textures that is read: its lower left corner and its size, in texels
 

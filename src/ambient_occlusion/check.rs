@@ -1,12 +1,13 @@
 //! Refuses inputs with which a result could be computed, but a meaningless one.
 
 use super::inputs::{Inputs, Viewport};
+use super::programs::{InputKind, Purpose};
 use crate::Error;
 use crate::encoding::{Curve, NormalEncoding};
 use crate::gl;
-use crate::pass::linear_depth::SamplesInput;
-use crate::pass::method::NormalsInput;
-use crate::pass::{BACKGROUND_R32F, DepthInput, Part, TextureTarget};
+use crate::pass::linear_depth::{SamplesInput, SamplesVariant};
+use crate::pass::method::{MethodVariant, NormalsInput, NormalsVariant};
+use crate::pass::{BACKGROUND_R32F, DepthInput, ImageVariant, Part, TextureTarget};
 use crate::settings::Method;
 use glow::HasContext;
 
@@ -20,6 +21,39 @@ pub(super) struct Checked {
     /// `None` if normals are rebuilt from depth.
     pub(super) normals: Option<NormalsInput>,
     pub(super) samples: Option<SamplesInput>,
+}
+
+impl Checked {
+    /// Returns the properties of the inputs that programs are compiled for. `edges` says whether edges are detected.
+    pub(super) fn kind(&self, inputs: &Inputs, purpose: Purpose, edges: bool) -> InputKind {
+        let viewport = inputs.viewport.is_some();
+        let depth = ImageVariant::new(inputs.depth.target, viewport);
+        let multisample = matches!(inputs.depth.target, TextureTarget::Multisample(_));
+        let encoded = (self.curve != Curve::Linear || multisample).then(|| (depth, self.curve.into()));
+        InputKind {
+            encoded,
+            method: MethodVariant {
+                orthographic: !inputs.projection.is_perspective(),
+                depth: if encoded.is_some() { ImageVariant::RECTANGLE } else { depth },
+                normals: self.normals_variant(inputs),
+                floor: purpose == Purpose::Floor,
+            },
+            samples: self.samples.filter(|_| edges).map(|samples| SamplesVariant {
+                count: samples.image.samples,
+                curve: self.curve.into(),
+                viewport,
+            }),
+        }
+    }
+
+    /// Returns how shaders read the normals.
+    pub(super) fn normals_variant(&self, inputs: &Inputs) -> NormalsVariant {
+        self.normals.map_or(NormalsVariant::Rebuilt, |normals| NormalsVariant::Given {
+            image: ImageVariant::new(normals.image.target, inputs.viewport.is_some()),
+            encoding: inputs.normal_encoding,
+            turned: normals.to_eye.is_some(),
+        })
+    }
 }
 
 /// How precisely a format stores a depth d: whether it is a float format, and the number of bits.
@@ -159,7 +193,7 @@ impl Inputs {
             return usage(format!("{:?}: both extents must be finite and above 0", self.projection));
         }
         let curve = self.depth_encoding.curve(self.projection.is_perspective())?;
-        let near = self.near();
+        let near = self.near_plane();
         if method.facts().reads_near && (near.is_nan() || near <= 0.0) {
             return usage(format!(
                 "{} ends its rays at the near plane: near must be above 0, not {near}",

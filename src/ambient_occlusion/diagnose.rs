@@ -14,8 +14,8 @@ use crate::pass::rebuilt_normals::RebuiltNormals;
 use crate::pass::{Grid, ImageVariant};
 use std::fmt;
 
-/// What looks wrong in the inputs of ambient occlusion. Its text says so in one line. Shares are of the pixels that hold
-/// a surface, in [0, 1].
+/// What looks wrong in the inputs of ambient occlusion. Its text says so in one line. Shares are of the pixels that
+/// hold a surface, in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
@@ -39,13 +39,14 @@ pub enum Finding {
     NormalsFaceAway,
     /// Normals agree with the surfaces if the sign of their y is changed.
     NormalsUpsideDown,
-    /// Normals agree with the surfaces if they are read as biased, where they are said not to be, or the other way round.
+    /// Normals agree with the surfaces if they are read as biased, where they are said not to be, or the other way
+    /// round.
     NormalsOfOtherEncoding,
     /// Normals agree with the surfaces if the view matrix is transposed: it leads from eye space to world space, or its
     /// numbers are in another order.
     ViewMatrixTransposed,
-    /// Normals do not agree with the surfaces that depth shows, and no single change makes them do so. The number is the
-    /// mean cosine of the angle between them.
+    /// Normals do not agree with the surfaces that depth shows, and no single change makes them do so. The number is
+    /// the mean cosine of the angle between them.
     NormalsDisagree(f64),
     /// R is so short in the picture that visibility is 1 at this share of the pixels.
     RadiusBelowTexels(f64),
@@ -115,9 +116,9 @@ impl fmt::Display for Finding {
 const MANY: f64 = 0.005;
 
 impl AmbientOcclusion {
-    /// Looks for inputs that are plausible and still wrong, and returns what it finds, nothing where all looks right. It
-    /// is meant for use while integrating: it compiles shaders and reads images back at every call. State is restored as
-    /// by [`AmbientOcclusion::render`].
+    /// Looks for inputs that are plausible and still wrong, and returns what it finds, nothing where all looks right.
+    /// It is meant for use while integrating: it compiles shaders and reads images back at every call. State is
+    /// restored as by [`AmbientOcclusion::render`].
     ///
     /// It compares the normals with those that it rebuilds from depth, the stored depths with both ends of their range,
     /// and R with the texels of the picture. What a picture does not show, it cannot find: with a single wall in front
@@ -152,7 +153,7 @@ impl AmbientOcclusion {
         let grid = Grid { full: self.size, scale: [1, 1] };
         let rebuilt = RebuiltNormals::new(gl, ImageVariant::RECTANGLE, orthographic, grid, None)?;
         rebuilt.draw(full_screen, &depth, inputs.projection);
-        let inspect = Inspect::new(gl, ImageVariant::RECTANGLE, inputs.normals_variant(checked), self.size)?;
+        let inspect = Inspect::new(gl, ImageVariant::RECTANGLE, checked.normals_variant(inputs), self.size)?;
         inspect.draw(full_screen, &depth, checked.normals.as_ref());
         gl::check(gl, "inspect")?;
         let texels = |floats: Vec<f32>| floats.chunks_exact(4).map(|n| [n[0], n[1], n[2]].map(f64::from)).collect();
@@ -168,8 +169,8 @@ impl AmbientOcclusion {
         })
     }
 
-    /// Returns whether depth is stored finely enough at depth z that normals can be rebuilt from it: a step of the stored
-    /// depth is at most a tenth of a pixel.
+    /// Returns whether depth is stored finely enough at depth z that normals can be rebuilt from it: a step of the
+    /// stored depth is at most a tenth of a pixel.
     fn is_fine(&self, inputs: &Inputs, Precision { float, bits }: Precision, curve: Curve, z: f64) -> bool {
         // The relative precision of the float formats, and the step of the others.
         let relative = if bits <= 16 { 2f64.powi(-11) } else { 2f64.powi(-24) };

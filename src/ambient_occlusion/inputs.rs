@@ -1,11 +1,7 @@
 //! The inputs that an application provides: textures of depth and normals, and the projection of the view in them.
 
-use super::check::Checked;
-use super::programs::{InputKind, Purpose};
-use crate::encoding::{Curve, DepthEncoding, Hand, NormalEncoding, NormalSpace};
-use crate::pass::linear_depth::SamplesVariant;
-use crate::pass::method::{MethodVariant, NormalsVariant};
-use crate::pass::{BACKGROUND_R32F, DepthSamples, ImageVariant, TextureRef, TextureTarget};
+use crate::encoding::{DepthEncoding, Hand, NormalEncoding, NormalSpace};
+use crate::pass::{BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
 use crate::projection::Projection;
 
 /// The inputs of ambient occlusion: the depth and normals of one view, and its projection. The textures must have the
@@ -33,9 +29,9 @@ pub struct Inputs {
     pub depth: TextureRef,
     /// What the texture of depth stores. [`Inputs::new`] says linear depth.
     pub depth_encoding: DepthEncoding,
-    /// In linear depth, the depth of background. This depth and all greater ones are background, where ambient occlusion
-    /// is 1. It must be finite: [`BACKGROUND_R32F`], or [`crate::BACKGROUND_R16F`] in a 16-bit image. In hardware depth
-    /// the cleared value of the far end is background, and this field is not read.
+    /// In linear depth, the depth of background. This depth and all greater ones are background, where ambient
+    /// occlusion is 1. It must be finite: [`BACKGROUND_R32F`], or [`crate::BACKGROUND_R16F`] in a 16-bit image. In
+    /// hardware depth the cleared value of the far end is background, and this field is not read.
     pub background: f32,
     /// The texture of normals, which face the eye and may have any length. `None` if there are none: they are then
     /// rebuilt from depth, which takes a pass and gives flat facets and errors at silhouettes.
@@ -45,9 +41,9 @@ pub struct Inputs {
     /// The space that the normals are in. [`Inputs::new`] says left-handed eye space (x right, y up, z forward).
     pub normal_space: NormalSpace,
     /// With multisample antialiasing, the depth of every sample, encoded as `depth` is; `depth` and `normals` then hold
-    /// those of one sample of each pixel. The blur reads the samples at pixels that hold several surfaces, if the setting
-    /// `edges` is [`Edges::Supersample`](crate::settings::Edges::Supersample). [`Inputs::new`] leaves it `None`, and so
-    /// it must be if `depth` itself is a multisample texture.
+    /// those of one sample of each pixel. The blur reads the samples at pixels that hold several surfaces, if the
+    /// setting `edges` is [`Edges::Supersample`](crate::settings::Edges::Supersample). [`Inputs::new`] leaves it
+    /// `None`, and so it must be if `depth` itself is a multisample texture.
     pub samples: Option<DepthSamples>,
     /// The part of the textures that the view fills. `None` means that the view fills them.
     pub viewport: Option<Viewport>,
@@ -99,42 +95,8 @@ impl Inputs {
     }
 
     /// Returns the z at which rays end.
-    pub(super) fn near(&self) -> f64 {
+    pub(super) fn near_plane(&self) -> f64 {
         let of_encoding = || self.depth_encoding.near(self.projection.is_perspective());
         if self.near == 0.0 { of_encoding().unwrap_or(0.0) } else { self.near }
-    }
-
-    /// Returns the properties of these inputs that programs are compiled for. `edges` says whether edges are detected.
-    pub(super) fn kind(&self, checked: &Checked, purpose: Purpose, edges: bool) -> InputKind {
-        let viewport = self.viewport.is_some();
-        let depth = ImageVariant::new(self.depth.target, viewport);
-        let multisample = matches!(self.depth.target, TextureTarget::Multisample(_));
-        let encoded = (checked.curve != Curve::Linear || multisample).then(|| (depth, checked.curve.into()));
-        InputKind {
-            encoded,
-            method: MethodVariant {
-                orthographic: !self.projection.is_perspective(),
-                depth: if encoded.is_some() { ImageVariant::RECTANGLE } else { depth },
-                normals: self.normals_variant(checked),
-                floor: purpose == Purpose::Floor,
-            },
-            samples: self.depth_samples().filter(|_| edges).map(|samples| SamplesVariant {
-                count: samples.samples,
-                curve: checked.curve.into(),
-                viewport,
-            }),
-        }
-    }
-
-    /// Returns how shaders read the normals.
-    pub(super) fn normals_variant(&self, checked: &Checked) -> NormalsVariant {
-        match (self.normals, &checked.normals) {
-            (Some(image), Some(normals)) => NormalsVariant::Given {
-                image: ImageVariant::new(image.target, self.viewport.is_some()),
-                encoding: self.normal_encoding,
-                turned: normals.to_eye.is_some(),
-            },
-            _ => NormalsVariant::Rebuilt,
-        }
     }
 }

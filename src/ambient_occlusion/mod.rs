@@ -51,8 +51,8 @@ pub(crate) struct Kept {
 ///
 /// All OpenGL state that a call changes is restored, after an error too: the enabled capabilities; the masks, blending,
 /// stencil and polygon mode; the viewport; the bound program, vertex array, framebuffers and renderbuffer; texture
-/// units 0 to 3 with their samplers; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
-/// that exists only in later versions is neither saved nor changed.
+/// units 0 to 3 with their samplers; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension
+/// is needed. State that exists only in later versions is neither saved nor changed.
 ///
 /// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
 ///
@@ -185,13 +185,13 @@ impl AmbientOcclusion {
     /// are valid until the next call.
     ///
     /// # Errors
-    /// [`Error::Usage`] for inputs that cannot be right: a texture of another size or number of samples than declared, a
-    /// layer that does not exist, or a format that cannot hold what its encoding says; a viewport of another size, or one
-    /// that reaches past a texture; near and far planes in the wrong order, a matrix that is no projection, or a view
-    /// matrix that is no rotation; a projection without extent; or a near plane that `ray-march` cannot use. What is
-    /// plausible and still wrong, [`AmbientOcclusion::diagnose`] finds. [`Error::Gl`] for a texture of another kind than declared, if
-    /// transform feedback is active, if an OpenGL error is pending, or if the driver refuses a shader, an allocation or
-    /// a call.
+    /// [`Error::Usage`] for inputs that cannot be right: a texture of another size or number of samples than declared,
+    /// a layer that does not exist, or a format that cannot hold what its encoding says; a viewport of another size, or
+    /// one that reaches past a texture; near and far planes in the wrong order, a matrix that is no projection, or a
+    /// view matrix that is no rotation; a projection without extent; or a near plane that `ray-march` cannot use. What
+    /// is plausible and still wrong, [`AmbientOcclusion::diagnose`] finds. [`Error::Gl`] for a texture of another kind
+    /// than declared, if transform feedback is active, if an OpenGL error is pending, or if the driver refuses a
+    /// shader, an allocation or a call.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)
@@ -215,10 +215,10 @@ impl AmbientOcclusion {
         self.programs.get(self.current)?.linear_depth.as_ref().map(|pass| (&pass.texture).into())
     }
 
-    /// Returns the normals that the last call of [`AmbientOcclusion::render`] rebuilt from depth: a rectangle texture in
-    /// RGBA16F, of left-handed eye space and of any length, undefined on background. At half resolution it has half the
-    /// width and height, rounded up. `None` if the caller has normals, or if the method reads none. Like the result, it
-    /// is valid until the next call.
+    /// Returns the normals that the last call of [`AmbientOcclusion::render`] rebuilt from depth: a rectangle texture
+    /// in RGBA16F, of left-handed eye space and of any length, undefined on background. At half resolution it has half
+    /// the width and height, rounded up. `None` if the caller has normals, or if the method reads none. Like the
+    /// result, it is valid until the next call.
     #[must_use]
     pub fn rebuilt_normals(&self) -> Option<TextureRef> {
         self.programs.get(self.current)?.rebuilt_normals.as_ref().map(|pass| (&pass.texture).into())
@@ -237,7 +237,7 @@ impl AmbientOcclusion {
         let checked = inputs.check(&gl, self.size, self.settings.method)?;
         // Edges are detected if the blur treats them separately, or if the caller asks for them.
         let edges = plan::supersamples(&self.settings) || extras.edges;
-        self.current = self.programs_for(inputs.kind(&checked, self.purpose, edges))?;
+        self.current = self.programs_for(checked.kind(inputs, self.purpose, edges))?;
         let (programs, full_screen, targets) = (&self.programs[self.current], &self.full_screen, &self.targets);
         self.last = programs.plan.last();
         let last = &targets[self.last];
@@ -289,7 +289,8 @@ impl AmbientOcclusion {
             timers.pass("ao", || {
                 targets[0].framebuffer.bind();
                 only_where(&gl, COVERED, COVERED);
-                let view = MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near() };
+                let view =
+                    MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near_plane() };
                 ao.draw(full_screen, &depth, normals.as_ref(), view, self.radius, &self.settings);
                 Ok(())
             })?;

@@ -46,8 +46,8 @@ pub enum TextureTarget {
     /// One layer of a `GL_TEXTURE_2D_ARRAY`.
     Layer(u32),
     /// `GL_TEXTURE_2D_MULTISAMPLE` with this number of samples per pixel, the number that the driver gave
-    /// (`GL_TEXTURE_SAMPLES`). Of normals the first sample is read. Of depth it is too, and on edge pixels the blur reads
-    /// all samples, as [`Inputs::samples`](crate::Inputs::samples) describes.
+    /// (`GL_TEXTURE_SAMPLES`). Of normals the first sample is read. Of depth it is too, and on edge pixels the blur
+    /// reads all samples, as [`Inputs::samples`](crate::Inputs::samples) describes.
     Multisample(u32),
 }
 

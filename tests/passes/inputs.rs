@@ -88,11 +88,11 @@ fn read_rgba(gl: &glow::Context, image: TextureRef, texels: usize) -> Vec<[f64; 
     bytes.chunks_exact(16).map(|b| [float(&b[..4]), float(&b[4..8]), float(&b[8..12])]).collect()
 }
 
-/// Compares hardware depth with linear depth of the same stored values. The two differ by the rounding of float32 alone.
-/// First, the linear depth that the pass makes is within 4e-6 of its twin: the pass takes at most five operations, each
-/// within 2^-24, and the exponential of logarithmic depth is within 2^-24 (3 + 2 ln(C far + 1)). Second, ambient
-/// occlusion is that of the linear form within section 6's tolerance of 1e-3 where it is not ambiguous, that is, where a
-/// shift by 1e-5 does not change it by as much.
+/// Compares hardware depth with linear depth of the same stored values. The two differ by the rounding of float32
+/// alone. First, the linear depth that the pass makes is within 4e-6 of its twin: the pass takes at most five
+/// operations, each within 2^-24, and the exponential of logarithmic depth is within 2^-24 (3 + 2 ln(C far + 1)).
+/// Second, ambient occlusion is that of the linear form within section 6's tolerance of 1e-3 where it is not ambiguous,
+/// that is, where a shift by 1e-5 does not change it by as much.
 fn hold_stored(context: &Context, view: &ByHand, radius: f64, formats: &[Depths], targets: &[TextureTarget]) {
     let gl = context.gl();
     let settings = settings(radius);
@@ -171,10 +171,10 @@ fn softpipe_reads_hardware_depth_too() {
 }
 
 /// The bound: P and a sample S are both off by at most dz, the greatest error of depth in the picture, so that D.z is
-/// off by 2 dz. |D| is at least the length of a step in the plane of the picture, step_px z pixel. The sine of a horizon
-/// is therefore off by at most 2 dz / |D|, and so is each direction's occlusion, which begins and ends with a sine and
-/// is weighted by W <= 1. The tangent, which comes from the normal, is not off. Where depth is off, samples near R or
-/// near the horizon may be taken otherwise; that moves A by more at few pixels, at most 1 % of them here.
+/// off by 2 dz. |D| is at least the length of a step in the plane of the picture, step_px z pixel. The sine of a
+/// horizon is therefore off by at most 2 dz / |D|, and so is each direction's occlusion, which begins and ends with a
+/// sine and is weighted by W <= 1. The tangent, which comes from the normal, is not off. Where depth is off, samples
+/// near R or near the horizon may be taken otherwise; that moves A by more at few pixels, at most 1 % of them here.
 #[test]
 fn what_depth_is_rounded_to_moves_occlusion_within_the_bound_of_its_precision() {
     let context = Context::open(Backend::Egl).unwrap();
@@ -248,8 +248,8 @@ fn every_method_reads_hardware_depth() {
     }
 }
 
-/// Uploads one value per sample by drawing: squares of constant depth, the nearest in the middle. Returns the texture of
-/// hardware depth, and one of linear depth, both multisample, and the number of samples.
+/// Uploads one value per sample by drawing: squares of constant depth, the nearest in the middle. Returns the texture
+/// of hardware depth, and one of linear depth, both multisample, and the number of samples.
 fn draw_samples(gl: &glow::Context, size: (u32, u32), encoding: DepthEncoding) -> (glow::Texture, glow::Texture, u32) {
     let vertex = "#version 330 core\nuniform vec2 corner; uniform float turn;\nvoid main() {\n\
                   vec2 p = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;\n\

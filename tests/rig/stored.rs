@@ -76,8 +76,8 @@ impl Depths {
     }
 }
 
-/// A projection matrix of OpenGL, column by column, as engines write it in float32. `z_axis` is -1 in a right-handed eye
-/// space and 1 in a left-handed one. Far may be infinite in perspective.
+/// A projection matrix of OpenGL, column by column, as engines write it in float32. `z_axis` is -1 in a right-handed
+/// eye space and 1 in a left-handed one. Far may be infinite in perspective.
 pub fn matrix(
     projection: Projection,
     [near, far]: [f64; 2],
@@ -138,8 +138,8 @@ pub fn encode(encoding: DepthEncoding, perspective: bool, z: f64) -> f64 {
     }
 }
 
-/// Uploads texels of one format into a texture of this kind, with its lower left corner at `corner` of a texture of size
-/// `of`, which is otherwise filled with `around`. Other layers are filled with it too.
+/// Uploads texels of one format into a texture of this kind, with its lower left corner at `corner` of a texture of
+/// size `of`, which is otherwise filled with `around`. Other layers are filled with it too.
 #[allow(clippy::too_many_arguments)]
 pub fn upload(
     gl: &glow::Context,

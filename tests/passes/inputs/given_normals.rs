@@ -133,10 +133,10 @@ fn degrees(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// RGBA16F rounds each component to 2^-11 of itself, which turns a normal by at most 2^-11 sqrt(2) / 2, or 0.02 degrees.
-/// float32 adds the rounding of the two products in a difference, which are of the size of the slope times the depth's
-/// difference; 0.1 degrees holds both. Where two neighbours differ by the same amount but for rounding, the other one
-/// may be taken: at most 0.5 % of the pixels.
+/// RGBA16F rounds each component to 2^-11 of itself, which turns a normal by at most 2^-11 sqrt(2) / 2, or 0.02
+/// degrees. float32 adds the rounding of the two products in a difference, which are of the size of the slope times the
+/// depth's difference; 0.1 degrees holds both. Where two neighbours differ by the same amount but for rounding, the
+/// other one may be taken: at most 0.5 % of the pixels.
 #[test]
 fn rebuilt_normals_match_their_twin() {
     for backend in rig::BOTH {
