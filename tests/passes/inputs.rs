@@ -99,7 +99,6 @@ fn hold_stored(context: &Context, view: &ByHand, radius: f64, formats: &[Depths]
     let textures = Textures::new(gl, view, TextureTarget::Rectangle, NormalEncoding::Signed);
     for (name, encoding) in conventions(view.projection, planes(view)) {
         for &format in formats {
-            // A depth far below the step of the format is nothing that could be compared.
             for &target in targets {
                 let text = format!("{name}, {format:?}, {target:?}, {:?}\n{encoding:?}", view.projection);
                 let stored = Stored::new(gl, view, encoding, format, target);
