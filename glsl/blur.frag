@@ -21,9 +21,7 @@ const float spatial[GAUSSIAN] = float[GAUSSIAN](SPATIAL);
 uniform vec2 depth_sigma; // depth sigma: x in scene units, y as a share of the depth; one of the two is 0
 #endif
 
-#ifdef SAMPLES
-uniform sampler2DMS depth_samples;
-#else
+#ifndef SAMPLES
 #define SAMPLES 1
 #define ONE_DEPTH
 #endif
@@ -52,7 +50,7 @@ void main()
 #ifdef ONE_DEPTH
         z[s] = depth_of_pixel(p);
 #else
-        z[s] = texelFetch(depth_samples, ivec2(p), s).r;
+        z[s] = depth_of_sample(p, s);
 #endif
         sum[s] = 0.0;
         weights[s] = 0.0;

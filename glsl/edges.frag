@@ -3,17 +3,15 @@
 // twin is src/reference/edges.rs.
 //
 // Compiled in: SAMPLES, the depth samples per pixel.
-uniform sampler2DMS depth_samples;
-uniform float background; // this depth and all greater ones are background
 uniform vec2 depth_sigma; // depth sigma: x in scene units, y as a share of the depth; one of the two is 0
 
 void main()
 {
-    ivec2 p = ivec2(gl_FragCoord.xy);
-    float nearest = texelFetch(depth_samples, p, 0).r;
+    vec2 p = gl_FragCoord.xy;
+    float nearest = depth_of_sample(p, 0);
     float farthest = nearest;
     for (int i = 1; i < SAMPLES; ++i) {
-        float z = texelFetch(depth_samples, p, i).r;
+        float z = depth_of_sample(p, i);
         nearest = min(nearest, z);
         farthest = max(farthest, z);
     }

@@ -30,6 +30,7 @@
 mod ambient_occlusion;
 #[cfg(feature = "render")]
 pub mod context;
+mod encoding;
 mod error;
 mod gl;
 pub mod image;
@@ -48,18 +49,18 @@ pub mod settings;
 mod threads;
 mod tile;
 
-pub use ambient_occlusion::{AmbientOcclusion, Inputs};
+pub use ambient_occlusion::{AmbientOcclusion, Finding, Inputs, Viewport};
+pub use encoding::{ClipRange, DepthEncoding, Hand, NormalEncoding, NormalSpace};
 pub use error::Error;
 pub use gl::{Format, PassTime, Timers, check_size, size_limit};
 #[cfg(feature = "render")]
 pub use pass::composite::Apply;
-pub use pass::method::NormalEncoding;
 #[cfg(feature = "render")]
 pub use pass::probe::format_renders;
 pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
 #[cfg(feature = "render")]
 pub use pipeline::{Pipeline, Request};
-pub use projection::{Extents, Handedness, Projection, ProjectionMatrix};
+pub use projection::{Extents, Projection, ProjectionMatrix};
 pub use settings::Settings;
 pub use tile::rotation_tile;
 

@@ -8,10 +8,14 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{AoFormat, BlurKernel, Method, NormalFormat, Radius, SsaoDepth, Toggle};
-use hbao::{AmbientOcclusion, Apply, Error, NormalEncoding, Pipeline, Request, Settings, TextureTarget};
+use hbao::{
+    AmbientOcclusion, Apply, DepthEncoding, Error, Inputs, NormalEncoding, Pipeline, Request, Settings, TextureTarget,
+    Viewport,
+};
 use rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
 use rig::faults::{self, Fault, Told};
 use rig::process::in_own_process;
+use rig::stored::{Depths, Stored};
 use rig::{Shot, scenes};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -89,6 +93,16 @@ fn embedded(gl: &Arc<glow::Context>, (whole, textures): (&glow::Context, &Textur
     Ok(Images { texels, notices: Vec::new(), samples: 1 })
 }
 
+/// Renders from a depth buffer without normals, and looks for what is wrong with them.
+fn from_an_engine(gl: &Arc<glow::Context>, (whole, inputs): (&glow::Context, &Inputs)) -> Result<Images, Error> {
+    let settings = small(Method::Hbao);
+    let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings)?;
+    let image = ao.render(inputs)?;
+    let mut texels = vec![("ao", read_red(whole, image, (SIZE.0 * SIZE.1) as usize))];
+    texels.push(("findings", vec![ao.diagnose(inputs)?.len() as f32]));
+    Ok(Images { texels, notices: Vec::new(), samples: 1 })
+}
+
 /// A context, the same context behind a driver that refuses, and what to render in it.
 struct Bench {
     plain: Arc<glow::Context>,
@@ -96,7 +110,7 @@ struct Bench {
     scenarios: Vec<Scenario>,
 }
 
-/// One scenario has every pass that can run together, with timers. Another has the other passes. The last uses a
+/// One scenario has every pass that can run together, with timers. Another has the other passes. The last two use a
 /// caller's own textures.
 fn scenarios(context: &Context) -> Vec<Scenario> {
     let everything =
@@ -130,6 +144,15 @@ fn scenarios(context: &Context) -> Vec<Scenario> {
     let whole = context.gl().clone();
     let run = Box::new(move |gl: &Arc<glow::Context>| embedded(gl, (&whole, &textures)));
     all.push(Scenario { name: "embedded", run, lesser: Vec::new() });
+    let (whole, view) = (context.gl().clone(), view());
+    let depth_encoding = DepthEncoding::standard(0.1, 100.0);
+    let (format, target) = (Depths::Bits24AndStencil, TextureTarget::Layer(1));
+    let depth = Stored::new(&whole, &view, depth_encoding, format, target).image;
+    let viewport = Some(Viewport { x: 0, y: 0, width: SIZE.0, height: SIZE.1 });
+    let textures = Textures::new(&whole, &view, TextureTarget::Texture2d, NormalEncoding::Signed);
+    let inputs = Inputs { depth, depth_encoding, normals: None, viewport, ..textures.inputs };
+    let run = Box::new(move |gl: &Arc<glow::Context>| from_an_engine(gl, (&whole, &inputs)));
+    all.push(Scenario { name: "engine", run, lesser: Vec::new() });
     all
 }
 

@@ -214,7 +214,7 @@ fn a_render_that_failed_leaves_nothing_behind() {
     // The render fails in two ways: the texture is not of the declared kind, or the view's near plane is invalid.
     let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings).unwrap();
     let inputs = pipeline.inputs(&near);
-    let other_kind = TextureRef { target: TextureTarget::Texture2d, ..inputs.normals };
+    let other_kind = inputs.normals.map(|normals| TextureRef { target: TextureTarget::Texture2d, ..normals });
     let wrong = [Inputs { near: 0.0, ..inputs }, Inputs { normals: other_kind, ..inputs }];
     for _ in 0..2 {
         assert!(wrong.iter().all(|inputs| ao.render(inputs).is_err()));

@@ -1,14 +1,60 @@
 // The surface point P of the pixel that is being shaded, its normal and its jitter.
 //
-// Compiled in, each if it applies: ORTHOGRAPHIC for an orthographic projection; NORMALS_RECTANGLE if normals are in a
-// rectangle texture; NORMALS_BIASED if they are stored as n/2 + 1/2; JITTER_TILE if jitter is on.
-#ifdef NORMALS_RECTANGLE
+// Compiled in, each if it applies: ORTHOGRAPHIC for an orthographic projection; JITTER_TILE if jitter is on; of
+// normals, NORMALS_RECTANGLE, NORMALS_LAYER or NORMALS_MULTISAMPLE, as DEPTH_* in fetch.glsl; NORMALS_VIEWPORT if they
+// are a part of a larger texture; NORMALS_REBUILT if the image has a texel for each texel of the target, and not for
+// each pixel; NORMALS_BIASED if components are stored as c/2 + 1/2; NORMALS_OCTAHEDRAL if two channels hold them; and
+// NORMALS_MATRIX if they must be turned to left-handed eye space.
+#if defined(NORMALS_REBUILT)
+vec2 normal_place(vec2 p) { return p; }
+#elif defined(NORMALS_VIEWPORT)
+vec2 normal_place(vec2 p) { return in_viewport(pixel_of(p)); }
+#else
+vec2 normal_place(vec2 p) { return pixel_of(p); }
+#endif
+
+#if defined(NORMALS_RECTANGLE)
 uniform sampler2DRect normal_image;
-vec3 stored_normal(vec2 p) { return texture(normal_image, pixel_of(p)).xyz; }
+vec3 stored_normal(vec2 p) { return texture(normal_image, normal_place(p)).xyz; }
+#elif defined(NORMALS_MULTISAMPLE)
+uniform sampler2DMS normal_image;
+vec3 stored_normal(vec2 p) { return texelFetch(normal_image, ivec2(normal_place(p)), 0).xyz; }
+#else
+uniform vec2 normal_texel; // 1 / size of the texture of normals
+#ifdef NORMALS_LAYER
+uniform sampler2DArray normal_image;
+uniform float normal_layer;
+vec3 stored_normal(vec2 p)
+{
+    return textureLod(normal_image, vec3(normal_place(p) * normal_texel, normal_layer), 0.0).xyz;
+}
 #else
 uniform sampler2D normal_image;
-vec3 stored_normal(vec2 p) { return textureLod(normal_image, pixel_of(p) * texel, 0.0).xyz; }
+vec3 stored_normal(vec2 p) { return textureLod(normal_image, normal_place(p) * normal_texel, 0.0).xyz; }
 #endif
+#endif
+#ifdef NORMALS_MATRIX
+uniform mat3 normal_matrix; // to left-handed eye space
+#endif
+
+// Returns the normal at a texel of the target in left-handed eye space. It may have any length and face any way.
+vec3 normal_at(vec2 p)
+{
+    vec3 n = stored_normal(p);
+#ifdef NORMALS_BIASED
+    n = 2.0 * n - 1.0;
+#endif
+#ifdef NORMALS_OCTAHEDRAL
+    // The lower half of the octahedron is folded over the upper one.
+    n.z = 1.0 - abs(n.x) - abs(n.y);
+    vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+    n.xy = n.z < 0.0 ? folded : n.xy;
+#endif
+#ifdef NORMALS_MATRIX
+    n = normal_matrix * n;
+#endif
+    return n;
+}
 
 uniform sampler2DRect tile; // the rotation tile, 4x4 texels of (cos a, sin a, b); for ssao of unit vectors
 uniform float radius;       // R, in scene units
@@ -33,10 +79,7 @@ Surface surface_at(vec2 p)
 #else
     s.r = slope(p);
 #endif
-    s.n = stored_normal(p);
-#ifdef NORMALS_BIASED
-    s.n = 2.0 * s.n - 1.0;
-#endif
+    s.n = normal_at(p);
     // The stored normal may have any length. It is scaled so that products of its components neither overflow nor
     // underflow.
     float largest = max(max(abs(s.n.x), abs(s.n.y)), abs(s.n.z));

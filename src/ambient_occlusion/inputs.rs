@@ -1,37 +1,70 @@
 //! The inputs that an application provides: textures of depth and normals, and the projection of the view in them.
 
-use super::programs::{InputKind, Purpose};
-use crate::Error;
-use crate::gl;
-use crate::pass::method::{MethodVariant, NormalEncoding};
+use crate::encoding::{DepthEncoding, Hand, NormalEncoding, NormalSpace};
 use crate::pass::{BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
 use crate::projection::Projection;
-use crate::settings::Method;
-use glow::HasContext;
 
 /// The inputs of ambient occlusion: the depth and normals of one view, and its projection. The textures must have the
-/// size that [`AmbientOcclusion`](super::AmbientOcclusion) was made for, with the bottom row first.
+/// size that [`AmbientOcclusion`](super::AmbientOcclusion) was made for, unless `viewport` says which part of them is
+/// meant, with the bottom row first. They may be of any kind that a shader reads in OpenGL 3.3, and keep their own
+/// filters, wrap modes and comparison.
+///
+/// [`Inputs::new`] takes linear depth and normals in left-handed eye space. Whatever an application has otherwise is
+/// said field by field:
+///
+/// ```
+/// # use hbao::{DepthEncoding, Hand, Inputs, NormalSpace, Projection, TextureTarget, glow};
+/// # fn inputs(depth: glow::Texture, normals: glow::Texture, projection: Projection) -> Inputs {
+/// Inputs {
+///     depth_encoding: DepthEncoding::reversed(0.1, f64::INFINITY),
+///     normal_space: NormalSpace::Eye(Hand::Right),
+///     ..Inputs::new(depth, normals, TextureTarget::Texture2d, projection)
+/// }
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
-    /// Linear eye-space z in scene units, above 0 and increasing away from the eye, in the red channel of a float
-    /// format.
+    /// The texture of depth: a texture with a depth format, or with depth in its red channel. A renderbuffer cannot be
+    /// read: attach a texture to the framebuffer in its place.
     pub depth: TextureRef,
-    /// The depth of background. This depth and all greater ones are background, where ambient occlusion is 1. It must
-    /// be finite: [`BACKGROUND_R32F`], or [`crate::BACKGROUND_R16F`] in a 16-bit image.
+    /// What the texture of depth stores. [`Inputs::new`] says linear depth.
+    pub depth_encoding: DepthEncoding,
+    /// In linear depth, the depth of background. This depth and all greater ones are background, where ambient
+    /// occlusion is 1. It must be finite: [`BACKGROUND_R32F`], or [`crate::BACKGROUND_R16F`] in a 16-bit image. In
+    /// hardware depth the cleared value of the far end is background, and this field is not read.
     pub background: f32,
-    /// Normals in left-handed eye space (x right, y up, z forward). They face the eye, and may have any length.
-    pub normals: TextureRef,
+    /// The texture of normals, which face the eye and may have any length. `None` if there are none: they are then
+    /// rebuilt from depth, which takes a pass and gives flat facets and errors at silhouettes.
+    pub normals: Option<TextureRef>,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
-    /// With multisample antialiasing, the linear depth of every sample; `depth` and `normals` then hold those of one
-    /// sample of each pixel. The blur reads the samples at pixels that hold several surfaces, if the setting `edges` is
-    /// [`Edges::Supersample`](crate::settings::Edges::Supersample). [`Inputs::new`] leaves it `None`.
+    /// The space that the normals are in. [`Inputs::new`] says left-handed eye space (x right, y up, z forward).
+    pub normal_space: NormalSpace,
+    /// With multisample antialiasing, the depth of every sample, encoded as `depth` is; `depth` and `normals` then hold
+    /// those of one sample of each pixel. The blur reads the samples at pixels that hold several surfaces, if the
+    /// setting `edges` is [`Edges::Supersample`](crate::settings::Edges::Supersample). [`Inputs::new`] leaves it
+    /// `None`, and so it must be if `depth` itself is a multisample texture.
     pub samples: Option<DepthSamples>,
+    /// The part of the textures that the view fills. `None` means that the view fills them.
+    pub viewport: Option<Viewport>,
     /// The projection of the view. [`Projection::from_matrix`] reads it from a matrix; it need not be centred.
     pub projection: Projection,
     /// The near plane's z in scene units, above 0. The rays of `ray-march` end there; no other method reads it.
-    /// [`Inputs::new`] leaves it 0.
+    /// [`Inputs::new`] leaves it 0, which means the near plane of `depth_encoding`.
     pub near: f64,
+}
+
+/// The part of larger textures that a view fills, in texels from the lower left corner, as `glViewport` counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Viewport {
+    /// The first column.
+    pub x: u32,
+    /// The first row, from below.
+    pub y: u32,
+    /// The width, which must be the one that [`AmbientOcclusion`](super::AmbientOcclusion) was made for.
+    pub width: u32,
+    /// The height, likewise.
+    pub height: u32,
 }
 
 impl Inputs {
@@ -41,72 +74,29 @@ impl Inputs {
     pub fn new(depth: glow::Texture, normals: glow::Texture, target: TextureTarget, projection: Projection) -> Inputs {
         Inputs {
             depth: TextureRef { texture: depth, target },
+            depth_encoding: DepthEncoding::Linear,
             background: BACKGROUND_R32F,
-            normals: TextureRef { texture: normals, target },
+            normals: Some(TextureRef { texture: normals, target }),
             normal_encoding: NormalEncoding::Signed,
+            normal_space: NormalSpace::Eye(Hand::Left),
             samples: None,
+            viewport: None,
             projection,
             near: 0.0,
         }
     }
 
-    /// Refuses inputs with which a result could be computed, but a meaningless one.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for what [`Projection::check`] refuses, for a near plane that `ray-march` cannot use, and for a
-    /// texture of another size or number of samples. [`Error::Gl`] for a texture of another kind.
-    pub(super) fn check(&self, gl: &glow::Context, size: (u32, u32), method: Method) -> Result<(), Error> {
-        self.projection.check()?;
-        if method.facts().reads_near && (self.near.is_nan() || self.near <= 0.0) {
-            return Err(Error::Usage(format!(
-                "{} ends its rays at the near plane: near must be above 0, not {}",
-                method.name(),
-                self.near
-            )));
+    /// Returns the depth samples of the pixels, if they have several.
+    pub(super) fn depth_samples(&self) -> Option<DepthSamples> {
+        match self.depth.target {
+            TextureTarget::Multisample(samples) => Some(DepthSamples { texture: self.depth.texture, samples }),
+            _ => self.samples,
         }
-        let multisample = glow::TEXTURE_2D_MULTISAMPLE;
-        let samples = self.samples.map(|samples| ("samples", samples.texture, multisample, samples.samples));
-        let plain = [("depth", self.depth), ("normals", self.normals)];
-        let plain = plain.map(|(name, image)| (name, image.texture, image.target.gl(), 0));
-        for (name, texture, kind, samples) in plain.into_iter().chain(samples) {
-            // SAFETY: the context is current; to bind a texture of another kind is a GL error without further effect.
-            let found = unsafe {
-                gl.bind_texture(kind, Some(texture));
-                gl::check(gl, &format!("the {name} texture is not of the declared kind"))?;
-                let parameter = |parameter| gl.get_tex_level_parameter_i32(kind, 0, parameter);
-                let size = [glow::TEXTURE_WIDTH, glow::TEXTURE_HEIGHT].map(parameter);
-                // The number of samples is compiled into the shaders, so it must be that of the texture.
-                let samples = if kind == multisample { parameter(glow::TEXTURE_SAMPLES) } else { 0 };
-                (size.map(i64::from), i64::from(samples))
-            };
-            gl::check(gl, &format!("the {name} texture's size"))?;
-            if found.0 != [i64::from(size.0), i64::from(size.1)] {
-                let ([width, height], (w, h)) = (found.0, size);
-                return Err(Error::Usage(format!(
-                    "the {name} texture has {width}x{height} texels, but ambient occlusion is set up for {w}x{h}"
-                )));
-            }
-            if found.1 != i64::from(samples) {
-                return Err(Error::Usage(format!(
-                    "the {name} texture has {} samples per pixel, but {samples} were declared",
-                    found.1
-                )));
-            }
-        }
-        Ok(())
     }
 
-    /// Returns the properties of these inputs that programs are compiled for. `edges` says whether edges are detected.
-    pub(super) fn kind(&self, purpose: Purpose, edges: bool) -> InputKind {
-        InputKind {
-            method: MethodVariant {
-                orthographic: !self.projection.is_perspective(),
-                depth: self.depth.target,
-                normals: self.normals.target,
-                encoding: self.normal_encoding,
-                floor: purpose == Purpose::Floor,
-            },
-            samples: self.samples.map(|samples| samples.samples).filter(|_| edges),
-        }
+    /// Returns the z at which rays end.
+    pub(super) fn near_plane(&self) -> f64 {
+        let of_encoding = || self.depth_encoding.near(self.projection.is_perspective());
+        if self.near == 0.0 { of_encoding().unwrap_or(0.0) } else { self.near }
     }
 }

@@ -1,19 +1,23 @@
 //! Ambient occlusion of depth and normals that an application owns: the part of the library that applications embed.
 
+mod check;
+mod diagnose;
+mod evidence;
 mod inputs;
 mod plan;
 mod programs;
 mod targets;
 
-pub use inputs::Inputs;
+pub use diagnose::Finding;
+pub use inputs::{Inputs, Viewport};
 pub(crate) use programs::Purpose;
 
 use crate::Error;
 use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
-use crate::pass::method::MethodView;
-use crate::pass::{DepthInput, FullScreen, Grid, TextureRef};
+use crate::pass::method::{MethodView, NormalsInput};
+use crate::pass::{FullScreen, Grid, TextureRef};
 use crate::projection::Projection;
 use crate::settings::{AoFormat, DepthSigma, MethodBlur, Settings};
 use glow::HasContext;
@@ -47,8 +51,8 @@ pub(crate) struct Kept {
 ///
 /// All OpenGL state that a call changes is restored, after an error too: the enabled capabilities; the masks, blending,
 /// stencil and polygon mode; the viewport; the bound program, vertex array, framebuffers and renderbuffer; texture
-/// units 0 to 3; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension is needed. State
-/// that exists only in later versions is neither saved nor changed.
+/// units 0 to 3 with their samplers; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension
+/// is needed. State that exists only in later versions is neither saved nor changed.
 ///
 /// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
 ///
@@ -71,6 +75,8 @@ pub struct AmbientOcclusion {
     /// The index of the target that holds the result.
     last: usize,
     programs: Vec<Programs>,
+    /// The index of the programs of the last run.
+    current: usize,
 }
 
 impl AmbientOcclusion {
@@ -130,6 +136,7 @@ impl AmbientOcclusion {
                 targets: Vec::new(),
                 last: 0,
                 programs: Vec::new(),
+                current: 0,
                 gl,
             };
             ao.allocate(&Plan::new(&ao.settings, false))?;
@@ -178,10 +185,13 @@ impl AmbientOcclusion {
     /// are valid until the next call.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a texture of another size or number of samples than declared, what [`Projection::check`]
-    /// refuses, or a near plane that `ray-march` cannot use. [`Error::Gl`] for a texture of another kind than declared,
-    /// if transform feedback is active, if an OpenGL error is pending, or if the driver refuses a shader, an allocation
-    /// or a call.
+    /// [`Error::Usage`] for inputs that cannot be right: a texture of another size or number of samples than declared,
+    /// a layer that does not exist, or a format that cannot hold what its encoding says; a viewport of another size, or
+    /// one that reaches past a texture; near and far planes in the wrong order, a matrix that is no projection, or a
+    /// view matrix that is no rotation; what [`Projection::check`] refuses; or a near plane that `ray-march` cannot
+    /// use. What is plausible and still wrong, [`AmbientOcclusion::diagnose`] finds. [`Error::Gl`] for a texture of another kind
+    /// than declared, if transform feedback is active, if an OpenGL error is pending, or if the driver refuses a
+    /// shader, an allocation or a call.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)
@@ -197,6 +207,23 @@ impl AmbientOcclusion {
         Ok(self.texture().into())
     }
 
+    /// Returns the linear depth that the last call of [`AmbientOcclusion::render`] made from encoded or multisample
+    /// depth: a rectangle texture in R32F, [`BACKGROUND_R32F`](crate::BACKGROUND_R32F) on background. `None` if the
+    /// caller's depth was linear already. Like the result, it is valid until the next call.
+    #[must_use]
+    pub fn linear_depth(&self) -> Option<TextureRef> {
+        self.programs.get(self.current)?.linear_depth.as_ref().map(|pass| (&pass.texture).into())
+    }
+
+    /// Returns the normals that the last call of [`AmbientOcclusion::render`] rebuilt from depth: a rectangle texture
+    /// in RGBA16F, of left-handed eye space and of any length, undefined on background. At half resolution it has half
+    /// the width and height, rounded up. `None` if the caller has normals, or if the method reads none. Like the
+    /// result, it is valid until the next call.
+    #[must_use]
+    pub fn rebuilt_normals(&self) -> Option<TextureRef> {
+        self.programs.get(self.current)?.rebuilt_normals.as_ref().map(|pass| (&pass.texture).into())
+    }
+
     /// Runs the passes, and reads back what `extras` asks for.
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
@@ -207,16 +234,23 @@ impl AmbientOcclusion {
 
     fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
-        inputs.check(&gl, self.size, self.settings.method)?;
+        let checked = inputs.check(&gl, self.size, self.settings.method)?;
         // Edges are detected if the blur treats them separately, or if the caller asks for them.
         let edges = plan::supersamples(&self.settings) || extras.edges;
-        let programs = self.programs_for(inputs.kind(self.purpose, edges))?;
-        let (programs, full_screen, targets) = (&self.programs[programs], &self.full_screen, &self.targets);
+        self.current = self.programs_for(checked.kind(inputs, self.purpose, edges))?;
+        let (programs, full_screen, targets) = (&self.programs[self.current], &self.full_screen, &self.targets);
         self.last = programs.plan.last();
         let last = &targets[self.last];
-        let depth = DepthInput { image: inputs.depth, background: inputs.background, size: self.size };
         let mut kept = Kept::default();
 
+        let mut depth = checked.depth;
+        if let Some(linear_depth) = &programs.linear_depth {
+            timers.pass("linear_depth", || {
+                // This target has no stencil: background is not known before this pass.
+                depth = linear_depth.draw(full_screen, &checked.depth, checked.curve);
+                Ok(())
+            })?;
+        }
         timers.pass("background", || {
             // Every target is cleared to 1, the value of background. The stencil keeps every pass away from background.
             for target in &targets[..programs.plan.scales.len()] {
@@ -242,22 +276,32 @@ impl AmbientOcclusion {
                 Ok(())
             })?;
         }
+        let mut normals = checked.normals;
+        if let Some(rebuilt) = &programs.rebuilt_normals {
+            timers.pass("rebuilt_normals", || {
+                only_where(&gl, COVERED, COVERED);
+                rebuilt.draw(full_screen, &depth, inputs.projection);
+                normals = Some(NormalsInput { image: (&rebuilt.texture).into(), part: None, to_eye: None });
+                Ok(())
+            })?;
+        }
         if let Some(ao) = &programs.ao {
             timers.pass("ao", || {
                 targets[0].framebuffer.bind();
                 only_where(&gl, COVERED, COVERED);
-                let view = MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near };
-                ao.draw(full_screen, &depth, inputs.normals, view, self.radius, &self.settings);
+                let view =
+                    MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near_plane() };
+                ao.draw(full_screen, &depth, normals.as_ref(), view, self.radius, &self.settings);
                 Ok(())
             })?;
         }
         if extras.raw {
             kept.raw = Some(read(&targets[0])?);
         }
-        if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, inputs.samples, programs.plan.full()) {
+        if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, &checked.samples, programs.plan.full()) {
             timers.pass("edges", || {
                 targets[full].framebuffer.bind();
-                mark(&gl, EDGE, || edges.draw(full_screen, samples, inputs.background, self.depth_sigma));
+                mark(&gl, EDGE, || edges.draw(full_screen, samples, depth.background, self.depth_sigma));
                 Ok(())
             })?;
         }
@@ -276,7 +320,7 @@ impl AmbientOcclusion {
             timers.pass(step.name, || {
                 last.framebuffer.bind();
                 only_where(&gl, EDGE, EDGE);
-                blur.draw(full_screen, &targets[step.from].texture, &depth, inputs.samples, self.depth_sigma);
+                blur.draw(full_screen, &targets[step.from].texture, &depth, checked.samples.as_ref(), self.depth_sigma);
                 Ok(())
             })?;
         }
@@ -311,8 +355,10 @@ impl AmbientOcclusion {
         if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
             return Ok(found);
         }
-        let programs = Programs::new(&self.gl, &self.settings, self.purpose, self.size, kind)?;
+        let mut programs = Programs::new(&self.gl, &self.settings, self.purpose, self.size, kind)?;
         self.allocate(&programs.plan)?;
+        let drawn = &self.targets[0];
+        programs.add_rebuilt_normals(&self.gl, &self.settings, drawn.grid, &drawn.stencil)?;
         self.programs.push(programs);
         Ok(self.programs.len() - 1)
     }

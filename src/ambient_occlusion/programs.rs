@@ -2,11 +2,15 @@
 
 use super::plan::{Plan, Step};
 use crate::Error;
+use crate::gl::Renderbuffer;
 use crate::pass::background::Background;
 use crate::pass::blur::{Blur, BlurVariant};
 use crate::pass::edges::Edges;
 use crate::pass::half_depth::HalfDepth;
-use crate::pass::method::{MethodPass, MethodVariant, reads_half_depth};
+use crate::pass::linear_depth::{CurveVariant, LinearDepth, SamplesVariant};
+use crate::pass::method::{MethodPass, MethodVariant, NormalsVariant, reads_half_depth, reads_normals};
+use crate::pass::rebuilt_normals::RebuiltNormals;
+use crate::pass::{Grid, ImageVariant};
 use crate::settings::Settings;
 use std::sync::Arc;
 
@@ -27,15 +31,21 @@ pub(crate) enum Purpose {
 /// The properties of inputs that programs are compiled for.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct InputKind {
+    /// The kind and encoding of the caller's depth, if it must be made linear before the other passes read it.
+    pub(super) encoded: Option<(ImageVariant, CurveVariant)>,
     pub(super) method: MethodVariant,
-    /// The number of depth samples per pixel, if edges are detected from them.
-    pub(super) samples: Option<u32>,
+    /// The depth samples of the pixels, if edges are detected from them.
+    pub(super) samples: Option<SamplesVariant>,
 }
 
 /// The programs for one kind of inputs.
 pub(super) struct Programs {
     pub(super) kind: InputKind,
     pub(super) plan: Plan,
+    /// The pass that makes depth linear; `None` if the caller's is.
+    pub(super) linear_depth: Option<LinearDepth>,
+    /// The pass that rebuilds normals; `None` if the caller has them, or if nothing reads them.
+    pub(super) rebuilt_normals: Option<RebuiltNormals>,
     /// For each stencil, the index of the first target that has it, and the pass that fills it. Empty if no pass is
     /// masked.
     pub(super) stencils: Vec<(usize, Background)>,
@@ -78,6 +88,24 @@ impl Programs {
         let edges = kind.samples.map(|samples| Edges::new(gl, samples)).transpose()?;
         let half_depth =
             if reads_half_depth(settings) && ao.is_some() { Some(HalfDepth::new(gl, depth, size)?) } else { None };
-        Ok(Programs { kind, plan, stencils, ao, half_depth, edges, blurs, blur_edges })
+        let linear_depth = kind.encoded.map(|(depth, curve)| LinearDepth::new(gl, depth, curve, size)).transpose()?;
+        let rebuilt_normals = None;
+        Ok(Programs { kind, plan, linear_depth, rebuilt_normals, stencils, ao, half_depth, edges, blurs, blur_edges })
+    }
+
+    /// Makes the pass that rebuilds normals, if the method reads any and the caller has none. The grid and the stencil
+    /// are those of the method's target, which exists only after the plan was made.
+    pub(super) fn add_rebuilt_normals(
+        &mut self,
+        gl: &Arc<glow::Context>,
+        settings: &Settings,
+        grid: Grid,
+        stencil: &Renderbuffer,
+    ) -> Result<(), Error> {
+        let MethodVariant { depth, normals, orthographic, .. } = self.kind.method;
+        if normals == NormalsVariant::Rebuilt && self.ao.is_some() && reads_normals(settings) {
+            self.rebuilt_normals = Some(RebuiltNormals::new(gl, depth, orthographic, grid, Some(stencil))?);
+        }
+        Ok(())
     }
 }

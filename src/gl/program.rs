@@ -145,6 +145,22 @@ impl Program {
         self
     }
 
+    /// Sets a vec4 of the program, which must be in use.
+    pub(crate) fn vec4(&self, name: &str, [x, y, z, w]: [f32; 4]) -> &Program {
+        // SAFETY: as `float`.
+        unsafe { self.gl.uniform_4_f32(self.gl.get_uniform_location(self.id, name).as_ref(), x, y, z, w) };
+        self
+    }
+
+    /// Sets a mat3, given column by column, of the program, which must be in use.
+    pub(crate) fn mat3(&self, name: &str, columns: &[f32; 9]) -> &Program {
+        // SAFETY: as `float`.
+        unsafe {
+            self.gl.uniform_matrix_3_f32_slice(self.gl.get_uniform_location(self.id, name).as_ref(), false, columns)
+        };
+        self
+    }
+
     /// Sets a mat4, given column by column, of the program, which must be in use.
     pub(crate) fn mat4(&self, name: &str, columns: &[f32; 16]) -> &Program {
         // SAFETY: as `float`.

@@ -82,6 +82,7 @@ struct Unit {
     flat: Option<glow::Texture>,
     rectangle: Option<glow::Texture>,
     multisample: Option<glow::Texture>,
+    array: Option<glow::Texture>,
     sampler: Option<glow::Sampler>,
 }
 
@@ -154,6 +155,7 @@ impl SavedState {
                     flat: gl.get_parameter_texture(glow::TEXTURE_BINDING_2D),
                     rectangle: gl.get_parameter_texture(glow::TEXTURE_BINDING_RECTANGLE),
                     multisample: gl.get_parameter_texture(glow::TEXTURE_BINDING_2D_MULTISAMPLE),
+                    array: gl.get_parameter_texture(glow::TEXTURE_BINDING_2D_ARRAY),
                     sampler: gl.get_parameter_sampler(glow::SAMPLER_BINDING),
                 }
             });
@@ -223,6 +225,7 @@ impl Drop for SavedState {
                 gl.bind_texture(glow::TEXTURE_2D, bound.flat);
                 gl.bind_texture(glow::TEXTURE_RECTANGLE, bound.rectangle);
                 gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, bound.multisample);
+                gl.bind_texture(glow::TEXTURE_2D_ARRAY, bound.array);
                 gl.bind_sampler(unit as u32, bound.sampler);
             }
             gl.active_texture(self.active_unit);

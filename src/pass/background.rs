@@ -1,7 +1,7 @@
 //! Writes the stencil: it is 1 at pixels that hold a surface. The later passes test the stencil and so skip the
 //! background.
 
-use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, ImageVariant, depth_defines};
 use crate::Error;
 use crate::gl::{Program, source};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ pub(crate) struct Background {
 impl Background {
     /// Compiles the pass for a depth texture of this kind, and for a target each of whose texels stands for `scale`
     /// pixels in x and y.
-    pub(crate) fn new(gl: &Arc<glow::Context>, depth: TextureTarget, scale: [u32; 2]) -> Result<Background, Error> {
+    pub(crate) fn new(gl: &Arc<glow::Context>, depth: ImageVariant, scale: [u32; 2]) -> Result<Background, Error> {
         let defines = depth_defines(depth, scale);
         let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("background.frag")])?;
         Ok(Background { program })

@@ -2,9 +2,8 @@
 //! or as one pass over the whole kernel. It can upsample from half resolution, and on edge pixels it can supersample.
 //! The other is the blur of 6.1, whose taps all have the same weight.
 
-use super::{
-    DepthInput, DepthSamples, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines, depth_sigma, pixels,
-};
+use super::linear_depth::{self, SamplesInput, SamplesVariant};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, ImageVariant, depth_defines, depth_sigma, pixels};
 use crate::Error;
 use crate::gl::{Program, Texture, source};
 use crate::settings::DepthSigma;
@@ -29,14 +28,13 @@ pub(crate) enum Kernel {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlurVariant {
     pub(crate) kernel: Kernel,
-    pub(crate) depth: TextureTarget,
+    pub(crate) depth: ImageVariant,
     /// How many pixels in x and y one texel of the blurred image stands for.
     pub(crate) from: [u32; 2],
     /// How many pixels in x and y one texel of the target stands for.
     pub(crate) to: [u32; 2],
-    /// For the supersampling blur, the number of depth samples per pixel. `None` for the blur around the resolved
-    /// depth.
-    pub(crate) samples: Option<u32>,
+    /// For the supersampling blur, the depth samples of the pixels. `None` for the blur around the resolved depth.
+    pub(crate) samples: Option<SamplesVariant>,
 }
 
 pub(crate) struct Blur {
@@ -50,9 +48,12 @@ impl Blur {
         if variant.from != [1, 1] {
             defines = defines.value("UPSAMPLES", 1);
         }
+        let mut pieces = vec![FETCH];
         if let Some(samples) = variant.samples {
-            defines = defines.value("SAMPLES", samples);
+            defines = samples.define(defines);
+            pieces.extend(linear_depth::SAMPLES);
         }
+        pieces.push(source!("blur.frag"));
         let (width, along_x, along_y) = match variant.kernel {
             Kernel::X(width) => (Some(width), true, false),
             Kernel::Y(width) => (Some(width), false, true),
@@ -78,26 +79,25 @@ impl Blur {
             let weights: Vec<String> = (0..=radius + 2).map(|k| format!("{:?}", weight(k) as f32)).collect();
             defines = defines.value("GAUSSIAN", weights.len()).value("SPATIAL", weights.join(", "));
         }
-        let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("blur.frag")])?;
+        let program = Program::new(gl, &defines, FULLSCREEN, &pieces)?;
         Ok(Blur { program, gaussian: width.is_some() })
     }
 
     /// Blurs `ao` into the bound target. `samples` must be given if the pass is compiled for the supersampling blur,
-    /// and must have the number of samples that it is compiled for.
+    /// and must be of the variant that it is compiled for.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
         ao: &Texture,
         depth: &DepthInput,
-        samples: Option<DepthSamples>,
+        samples: Option<&SamplesInput>,
         sigma: DepthSigma,
     ) {
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
         full_screen.bind_texture(1, ao.into());
         if let Some(samples) = samples {
-            full_screen.bind_samples(2, samples.texture);
-            program.unit("depth_samples", 2);
+            samples.bind(full_screen, program, 2);
         }
         program.unit("ao_image", 1).vec2("extent", [f64::from(depth.size.0), f64::from(depth.size.1)]);
         if self.gaussian {

@@ -1,6 +1,7 @@
 //! Finds edge pixels, whose depth samples lie on different surfaces (ShaderX7 6.2, Multisample antialiasing).
 
-use super::{DepthSamples, FULLSCREEN, FullScreen, depth_sigma};
+use super::linear_depth::{self, SamplesInput, SamplesVariant};
+use super::{FETCH, FULLSCREEN, FullScreen, depth_sigma};
 use crate::Error;
 use crate::gl::{Defines, Program, source};
 use crate::settings::DepthSigma;
@@ -11,19 +12,19 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Compiles the pass for this number of samples per pixel.
-    pub(crate) fn new(gl: &Arc<glow::Context>, samples: u32) -> Result<Edges, Error> {
-        let defines = Defines::default().value("SAMPLES", samples);
-        Ok(Edges { program: Program::new(gl, &defines, FULLSCREEN, &[source!("edges.frag")])? })
+    /// Compiles the pass for depth samples of this number and encoding.
+    pub(crate) fn new(gl: &Arc<glow::Context>, samples: SamplesVariant) -> Result<Edges, Error> {
+        let pieces = [&[FETCH], &linear_depth::SAMPLES[..], &[source!("edges.frag")]].concat();
+        Ok(Edges { program: Program::new(gl, &samples.define(Defines::default()), FULLSCREEN, &pieces)? })
     }
 
     /// Draws at every pixel of the bound target that is an edge. The depth `background` and all greater ones are
     /// background. A pixel is an edge if its samples differ by more than `sigma`, or if some lie on a surface and some
     /// on background.
-    pub(crate) fn draw(&self, full_screen: &FullScreen, depth: DepthSamples, background: f32, sigma: DepthSigma) {
+    pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &SamplesInput, background: f32, sigma: DepthSigma) {
         let program = self.program.bind();
-        full_screen.bind_samples(0, depth.texture);
-        program.unit("depth_samples", 0).float("background", f64::from(background));
+        depth.bind(full_screen, program, 0);
+        program.float("background", f64::from(background));
         depth_sigma(program, sigma);
         full_screen.draw();
     }

@@ -1,6 +1,6 @@
 //! Reduces depth to half the width and height, for the samples of `ssao` (ShaderX7 6.1, Future improvements).
 
-use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, TextureTarget, depth_defines};
+use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, ImageVariant, depth_defines};
 use crate::Error;
 use crate::gl::{Format, Program, Target, Texture, source};
 use std::sync::Arc;
@@ -20,7 +20,7 @@ impl HalfDepth {
     /// the new framebuffer bound, and the new image on the active texture unit.
     pub(crate) fn new(
         gl: &Arc<glow::Context>,
-        depth: TextureTarget,
+        depth: ImageVariant,
         (width, height): (u32, u32),
     ) -> Result<HalfDepth, Error> {
         let size = (width.div_ceil(2), height.div_ceil(2));

@@ -2,9 +2,11 @@
 //! shaders, which are assembled from the files that the method's row of facts lists.
 
 use super::{
-    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, RAY, TextureRef, TextureTarget, depth_defines, half_depth,
+    DepthInput, FETCH, FULLSCREEN, FullScreen, Grid, ImageVariant, Part, RAY, SURFACE, TextureRef, bind_viewport,
+    depth_defines, half_depth,
 };
 use crate::Error;
+use crate::encoding::NormalEncoding;
 use crate::gl::{Defines, Format, Program, Source, Texture, source};
 use crate::projection::Projection;
 use crate::settings::method::methods;
@@ -31,26 +33,66 @@ macro_rules! shaders {
 }
 methods!(shaders);
 
-/// How a texture of normals stores their components.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum NormalEncoding {
-    /// The components themselves, in [-1, 1], in a signed normalised or a float format.
-    Signed,
-    /// Each component c as c/2 + 1/2, in an unsigned normalised format.
-    Biased,
-}
-
 /// The properties of the inputs that the shader is compiled for, besides the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MethodVariant {
     pub(crate) orthographic: bool,
-    pub(crate) depth: TextureTarget,
-    pub(crate) normals: TextureTarget,
-    pub(crate) encoding: NormalEncoding,
+    pub(crate) depth: ImageVariant,
+    pub(crate) normals: NormalsVariant,
     /// Whether the shader is the fetch floor: the method's shader with all its fetches, in which a sum of the fetched
     /// values replaces the arithmetic.
     pub(crate) floor: bool,
+}
+
+/// How the shader reads normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum NormalsVariant {
+    /// From a texture that a caller owns. `turned` says that a matrix leads from their space to eye space.
+    Given { image: ImageVariant, encoding: NormalEncoding, turned: bool },
+    /// From the image of [`super::rebuilt_normals`].
+    Rebuilt,
+}
+
+impl NormalsVariant {
+    /// Adds the defines of `glsl/shared/surface.glsl` that belong to normals.
+    pub(super) fn define(self, defines: Defines) -> Defines {
+        match self {
+            NormalsVariant::Given { image, encoding, turned } => image
+                .define(defines, "NORMALS")
+                .flag("NORMALS_BIASED", encoding.is_biased())
+                .flag("NORMALS_OCTAHEDRAL", encoding.is_octahedral())
+                .flag("NORMALS_MATRIX", turned),
+            NormalsVariant::Rebuilt => ImageVariant::RECTANGLE.define(defines, "NORMALS").value("NORMALS_REBUILT", 1),
+        }
+    }
+}
+
+/// A texture of normals, as passes read it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NormalsInput {
+    pub(crate) image: TextureRef,
+    /// `None` if the view is the whole texture.
+    pub(crate) part: Option<Part>,
+    /// The matrix to left-handed eye space, column by column; `None` if they are in it.
+    pub(crate) to_eye: Option<[f32; 9]>,
+}
+
+impl NormalsInput {
+    /// Binds the texture to unit 1, and sets the uniforms of normals in the program in use, for a view of this size.
+    pub(super) fn bind(&self, full_screen: &FullScreen, program: &Program, size: (u32, u32)) {
+        full_screen.bind_texture(1, self.image);
+        let (width, height) = self.part.map_or(size, |part| part.texture);
+        program
+            .unit("normal_image", 1)
+            .float("normal_layer", f64::from(self.image.target.layer()))
+            .vec2("normal_texel", [1.0 / f64::from(width), 1.0 / f64::from(height)]);
+        if let Some(part) = self.part {
+            bind_viewport(program, part.corner, size);
+        }
+        if let Some(matrix) = &self.to_eye {
+            program.mat3("normal_matrix", matrix);
+        }
+    }
 }
 
 /// The largest R that is passed to a shader. A larger R is replaced by this one. It reaches past every scene, because
@@ -90,7 +132,7 @@ impl MethodPass {
             return Ok(None);
         }
         let defines = words.iter().fold(defines(settings, variant), |defines, word| defines.value(word, 1));
-        let pieces = [&[FETCH, RAY, source!("shared/surface.glsl")], files].concat();
+        let pieces = [&[FETCH, RAY, SURFACE], files].concat();
         let program = Program::new(gl, &defines, FULLSCREEN, &pieces)?;
         let tile = match settings.jitter {
             Jitter::None => None,
@@ -103,12 +145,12 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target. `radius` is R in scene units.
+    /// Draws A into the bound target. `radius` is R in scene units. `normals` may be `None` if the method reads none.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
         depth: &DepthInput,
-        normals: TextureRef,
+        normals: Option<&NormalsInput>,
         view: MethodView,
         radius: f64,
         settings: &Settings,
@@ -116,12 +158,13 @@ impl MethodPass {
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
         view.grid.bind(program, view.projection);
-        full_screen.bind_texture(1, normals);
+        if let Some(normals) = normals {
+            normals.bind(full_screen, program, depth.size);
+        }
         if let Some(tile) = &self.tile {
             full_screen.bind_texture(2, tile.into());
         }
         program
-            .unit("normal_image", 1)
             .unit("tile", 2)
             .unit("half_depth_image", half_depth::UNIT)
             .float("near", view.near)
@@ -136,7 +179,7 @@ impl MethodPass {
 /// Makes the defines for a method's shader: the properties of the inputs, and those settings that the method reads.
 fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
     let reads = |knob: &str| settings.method.reads(knob);
-    let mut defines = depth_defines(variant.depth, [settings.ao_scale(); 2]);
+    let mut defines = variant.normals.define(depth_defines(variant.depth, [settings.ao_scale(); 2]));
     if reads("directions") {
         let mut directions = String::new();
         for [x, y] in tile::directions(settings.directions) {
@@ -181,8 +224,6 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         ("HALF_DEPTH", reads_half_depth(settings)),
         ("NORMALS", reads("ssao-normals") && settings.ssao_normals == Toggle::On),
         ("CURVE", reads("ssao-curve") && settings.curve() == Toggle::On),
-        ("NORMALS_RECTANGLE", variant.normals == TextureTarget::Rectangle),
-        ("NORMALS_BIASED", variant.encoding == NormalEncoding::Biased),
         ("ORTHOGRAPHIC", variant.orthographic),
         ("FLOOR", variant.floor),
         ("DIRECTIONS_LOOPED", settings.directions * settings.steps > MOST_UNROLLED),
@@ -206,6 +247,12 @@ fn spaced(power: f64) -> Option<String> {
     } else {
         Some(format!("pow(x, {:?})", power as f32))
     }
+}
+
+/// Returns whether the method reads normals.
+pub(crate) fn reads_normals(settings: &Settings) -> bool {
+    !settings.method.facts().shader.is_empty()
+        && (!settings.method.reads("ssao-normals") || settings.ssao_normals == Toggle::On)
 }
 
 /// Returns whether the method's samples read the half-size depth image instead of the depth image itself.

@@ -9,9 +9,12 @@ pub(crate) mod edges;
 #[cfg(feature = "render")]
 pub(crate) mod gbuffer;
 pub(crate) mod half_depth;
+pub(crate) mod inspect;
+pub(crate) mod linear_depth;
 pub(crate) mod method;
 #[cfg(feature = "render")]
 pub(crate) mod probe;
+pub(crate) mod rebuilt_normals;
 #[cfg(feature = "render")]
 pub(crate) mod resolve;
 
@@ -31,14 +34,21 @@ pub const BACKGROUND_R16F: f32 = 6e4;
 const FULLSCREEN: Source = source!("fullscreen.vert");
 const FETCH: Source = source!("shared/fetch.glsl");
 const RAY: Source = source!("shared/ray.glsl");
+const SURFACE: Source = source!("shared/surface.glsl");
 
 /// The kind of a texture, as the target that it is bound to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureTarget {
     /// `GL_TEXTURE_2D`.
     Texture2d,
-    /// `GL_TEXTURE_RECTANGLE`, which is the faster of the two on software drivers.
+    /// `GL_TEXTURE_RECTANGLE`, which is faster than `GL_TEXTURE_2D` on software drivers.
     Rectangle,
+    /// One layer of a `GL_TEXTURE_2D_ARRAY`.
+    Layer(u32),
+    /// `GL_TEXTURE_2D_MULTISAMPLE` with this number of samples per pixel, the number that the driver gave
+    /// (`GL_TEXTURE_SAMPLES`). Of normals the first sample is read. Of depth it is too, and on edge pixels the blur
+    /// reads all samples, as [`Inputs::samples`](crate::Inputs::samples) describes.
+    Multisample(u32),
 }
 
 impl TextureTarget {
@@ -46,7 +56,23 @@ impl TextureTarget {
         match self {
             TextureTarget::Texture2d => glow::TEXTURE_2D,
             TextureTarget::Rectangle => glow::TEXTURE_RECTANGLE,
+            TextureTarget::Layer(_) => glow::TEXTURE_2D_ARRAY,
+            TextureTarget::Multisample(_) => glow::TEXTURE_2D_MULTISAMPLE,
         }
+    }
+
+    /// Returns the word by which shaders are compiled for this kind, after `DEPTH_` or `NORMALS_`.
+    fn word(self) -> Option<&'static str> {
+        match self {
+            TextureTarget::Texture2d => None,
+            TextureTarget::Rectangle => Some("RECTANGLE"),
+            TextureTarget::Layer(_) => Some("LAYER"),
+            TextureTarget::Multisample(_) => Some("MULTISAMPLE"),
+        }
+    }
+
+    fn layer(self) -> u32 {
+        if let TextureTarget::Layer(layer) = self { layer } else { 0 }
     }
 }
 
@@ -66,7 +92,7 @@ impl From<&Texture> for TextureRef {
     }
 }
 
-/// A multisample texture (`GL_TEXTURE_2D_MULTISAMPLE`) of linear depth, which the caller owns.
+/// A multisample texture (`GL_TEXTURE_2D_MULTISAMPLE`) of depth, which the caller owns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthSamples {
     /// The texture.
@@ -126,35 +152,75 @@ impl Grid {
     }
 }
 
-/// A texture of linear depth, as passes read it.
+/// A view that is a part of a larger texture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    /// The lower left texel of the view.
+    pub(crate) corner: (u32, u32),
+    /// The width and height of the texture.
+    pub(crate) texture: (u32, u32),
+}
+
+/// What shaders that read a caller's texture are compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct ImageVariant {
+    /// The word of the kind of texture; `None` for a two-dimensional one.
+    kind: Option<&'static str>,
+    /// Whether the view is a part of the texture.
+    viewport: bool,
+}
+
+impl ImageVariant {
+    pub(crate) const RECTANGLE: ImageVariant = ImageVariant { kind: Some("RECTANGLE"), viewport: false };
+
+    pub(crate) fn new(target: TextureTarget, viewport: bool) -> ImageVariant {
+        ImageVariant { kind: target.word(), viewport }
+    }
+
+    /// Adds the defines with this prefix: `DEPTH` or `NORMALS`.
+    fn define(self, defines: Defines, prefix: &str) -> Defines {
+        let defines = self.kind.into_iter().fold(defines, |defines, kind| defines.word(prefix, kind));
+        if self.viewport { defines.word(prefix, "VIEWPORT") } else { defines }
+    }
+}
+
+/// A texture of depth, as passes read it: of linear depth, except in the pass that makes it so.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthInput {
     pub(crate) image: TextureRef,
     /// This depth and all greater ones are background.
     pub(crate) background: f32,
-    /// The width and height in texels, which are those of the full image.
+    /// The width and height of the view in texels, which are those of the full image.
     pub(crate) size: (u32, u32),
+    /// `None` if the view is the whole texture.
+    pub(crate) part: Option<Part>,
+}
+
+/// Sets the uniform `viewport` in the program in use, for a view of this size.
+fn bind_viewport(program: &Program, corner: (u32, u32), size: (u32, u32)) {
+    program.vec4("viewport", [corner.0 as f32, corner.1 as f32, size.0 as f32, size.1 as f32]);
 }
 
 impl DepthInput {
     /// Binds the texture to `unit`, and sets the uniforms of `glsl/shared/fetch.glsl` in the program in use.
     fn bind(&self, full_screen: &FullScreen, program: &Program, unit: u32) {
         full_screen.bind_texture(unit, self.image);
-        let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
+        let (width, height) = self.part.map_or(self.size, |part| part.texture);
         program
             .unit("depth_image", unit)
             .float("background", f64::from(self.background))
-            .vec2("texel", [1.0 / width, 1.0 / height]);
+            .float("depth_layer", f64::from(self.image.target.layer()))
+            .vec2("texel", [1.0 / f64::from(width), 1.0 / f64::from(height)]);
+        if let Some(part) = self.part {
+            bind_viewport(program, part.corner, self.size);
+        }
     }
 }
 
 /// Returns the defines for `glsl/shared/fetch.glsl`, for a depth texture of this kind and a target whose texels stand
 /// for `scale` pixels in x and y.
-fn depth_defines(depth: TextureTarget, scale: [u32; 2]) -> Defines {
-    let defines = match depth {
-        TextureTarget::Rectangle => Defines::default().value("DEPTH_RECTANGLE", 1),
-        TextureTarget::Texture2d => Defines::default(),
-    };
+fn depth_defines(depth: ImageVariant, scale: [u32; 2]) -> Defines {
+    let defines = depth.define(Defines::default(), "DEPTH");
     if scale == [1, 1] { defines } else { defines.value("SCALE", pixels(scale)) }
 }
 
@@ -176,7 +242,7 @@ fn depth_sigma(program: &Program, sigma: DepthSigma) {
 }
 
 /// Draws full-screen triangles, and binds textures with a sampler that reads the nearest texel of the base level and
-/// clamps coordinates to the edge.
+/// clamps coordinates to the edge. The textures keep their own parameters.
 pub(crate) struct FullScreen {
     gl: Arc<glow::Context>,
     vertices: glow::VertexArray,
@@ -199,6 +265,8 @@ impl FullScreen {
                 (glow::TEXTURE_MAG_FILTER, glow::NEAREST),
                 (glow::TEXTURE_WRAP_S, glow::CLAMP_TO_EDGE),
                 (glow::TEXTURE_WRAP_T, glow::CLAMP_TO_EDGE),
+                // A caller's depth texture may be one that its own shaders compare with a reference.
+                (glow::TEXTURE_COMPARE_MODE, glow::NONE),
             ] {
                 gl.sampler_parameter_i32(sampler, parameter, value as i32);
             }

@@ -5,11 +5,11 @@ mod targets;
 
 use crate::Error;
 use crate::ambient_occlusion::{AmbientOcclusion, Extras, Inputs, Kept, Purpose};
+use crate::encoding::{DepthEncoding, Hand, NormalEncoding, NormalSpace};
 use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{GBuffer, GBufferVariant};
-use crate::pass::method::NormalEncoding;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
 use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, Settings};
@@ -213,10 +213,13 @@ impl Pipeline {
     pub fn inputs(&self, camera: &Camera) -> Inputs {
         Inputs {
             depth: (&self.targets.depth).into(),
+            depth_encoding: DepthEncoding::Linear,
             background: self.background(),
-            normals: (&self.targets.normals).into(),
+            normals: Some((&self.targets.normals).into()),
             normal_encoding: self.targets.encoding,
+            normal_space: NormalSpace::Eye(Hand::Left),
             samples: self.targets.depth_samples(),
+            viewport: None,
             projection: camera.projection,
             near: camera.near,
         }

@@ -2,9 +2,9 @@
 //! them.
 
 use crate::Error;
+use crate::encoding::NormalEncoding;
 use crate::gl::target::Attachment;
 use crate::gl::{self, Format, MultisampleTexture, Renderbuffer, Target, Texture};
-use crate::pass::method::NormalEncoding;
 use crate::pass::resolve::Resolve;
 use crate::pass::{DepthSamples, FullScreen, probe};
 use crate::settings::{DepthFormat, NormalFormat, Settings};
@@ -160,10 +160,7 @@ fn normal_format(
         (Format::Rgba8, NormalEncoding::Biased, "biased rgba8"),
     ];
     for (format, encoding, name) in all.into_iter().skip_while(|&(_, _, name)| name != asked.name()) {
-        let normal = match encoding {
-            NormalEncoding::Signed => [-1.0, 0.5, -0.25],
-            NormalEncoding::Biased => [0.0, 0.75, 0.375],
-        };
+        let normal = if encoding.is_biased() { [0.0, 0.75, 0.375] } else { [-1.0, 0.5, -0.25] };
         if !probe::renders(gl, depth, format, normal)? {
             continue;
         }

@@ -2,15 +2,7 @@
 
 use super::{Extents, Projection};
 use crate::Error;
-
-/// The hand of an eye space whose x points right and whose y points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Handedness {
-    /// z points forward: visible points have z > 0. The eye space of this library is of this kind.
-    Left,
-    /// z points backward: visible points have z < 0, as in the conventions of OpenGL.
-    Right,
-}
+use crate::encoding::Hand;
 
 /// What a projection matrix says. The matrix leads from eye space to clip space: x and y of the picture go from -w to
 /// w, left to right and bottom to top.
@@ -21,7 +13,7 @@ pub struct ProjectionMatrix {
     pub projection: Projection,
     /// The hand of the eye space that the matrix leads from. A perspective matrix tells it by the sign of w; `None` for
     /// an orthographic matrix, which does not tell it.
-    pub handedness: Option<Handedness>,
+    pub hand: Option<Hand>,
     /// The matrix's third row, which makes the depth buffer, as a and b: in perspective the depth z/w in clip space of
     /// a point at the distance z in front of the eye is a + b / z; in an orthographic view it is a + b z for the z of
     /// the matrix's own eye space. It does not matter here whether z/w is from -1 or from 0 on, whether it is reversed,
@@ -99,30 +91,30 @@ impl ProjectionMatrix {
         projection.check()?;
         Ok(ProjectionMatrix {
             projection,
-            handedness: perspective.then_some(if forward > 0.0 { Handedness::Left } else { Handedness::Right }),
+            hand: perspective.then_some(if forward > 0.0 { Hand::Left } else { Hand::Right }),
             depth: if perspective { [z[2] * forward / k, z[3] / k] } else { [z[3] / k, z[2] / k] },
         })
     }
 
     /// Returns the distance in front of the eye of a point with the depth `ndc` = z/w in clip space, from 0 or from -1
-    /// to 1. It is infinite at an infinitely far plane. `handedness` is the hand of the matrix's eye space; it is read
+    /// to 1. It is infinite at an infinitely far plane. `hand` is the hand of the matrix's eye space; it is read
     /// only if the matrix does not tell it.
     #[must_use]
-    pub fn z(&self, ndc: f64, handedness: Handedness) -> f64 {
+    pub fn z(&self, ndc: f64, hand: Hand) -> f64 {
         let [a, b] = self.depth;
         if self.projection.is_perspective() {
             let z = b / (ndc - a);
             return if z.is_infinite() { f64::INFINITY } else { z };
         }
         let z = (ndc - a) / b;
-        if handedness == Handedness::Left { z } else { -z }
+        if hand == Hand::Left { z } else { -z }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Handedness::{Left, Right};
+    use crate::encoding::Hand::{Left, Right};
 
     const NEAR: f64 = 0.25;
     const FAR: f64 = 80.0;
@@ -141,7 +133,7 @@ mod tests {
     fn matrix(
         perspective: bool,
         [left, right, bottom, top]: [f64; 4],
-        hand: Handedness,
+        hand: Hand,
         ([at_near, at_far], far): ([f64; 2], f64),
     ) -> [f32; 16] {
         let forward = if hand == Left { 1.0 } else { -1.0 };
@@ -173,7 +165,7 @@ mod tests {
                         let read = ProjectionMatrix::read(&columns).unwrap();
                         let text = format!("{edges:?} {perspective} {hand:?} {depths:?}: {read:?}");
                         assert_eq!(read.projection.is_perspective(), perspective, "{text}");
-                        assert_eq!(read.handedness, perspective.then_some(hand), "{text}");
+                        assert_eq!(read.hand, perspective.then_some(hand), "{text}");
                         let ([half_x, half_y], [x, y]) =
                             (read.projection.half_extents(), read.projection.middle_at(1.0));
                         let found = [x - half_x, x + half_x, y - half_y, y + half_y];

@@ -2,7 +2,7 @@
 
 mod matrix;
 
-pub use matrix::{Handedness, ProjectionMatrix};
+pub use matrix::ProjectionMatrix;
 
 use crate::Error;
 

@@ -13,9 +13,11 @@ mod hbao_talk;
 mod hbao_view;
 mod horizons;
 mod inputs;
+mod linear_depth;
 mod microsphere;
 mod observer;
 mod ray_march;
+mod rebuilt_normals;
 mod sampling;
 mod ssao;
 mod terms;
@@ -26,4 +28,6 @@ mod visibility;
 
 pub use converged::{converged, converges};
 pub use inputs::TwinInputs;
+pub use linear_depth::linear_depth;
+pub use rebuilt_normals::rebuilt_normals;
 pub use visibility::{ambiguous, visibility};

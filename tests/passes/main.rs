@@ -17,6 +17,7 @@ mod exit;
 mod extremes;
 mod golden;
 mod half_resolution;
+mod inputs;
 mod invariance;
 mod off_centre;
 mod precision;

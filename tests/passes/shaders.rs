@@ -7,12 +7,15 @@
 use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, orthographic, perspective};
 use crate::rig::process::in_own_process;
+use crate::rig::stored::{Depths, Stored};
 use crate::rig::{every_switch, scenes};
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{Method, Radius};
-use hbao::{AmbientOcclusion, Apply, NormalEncoding, TextureTarget};
+use hbao::{
+    AmbientOcclusion, Apply, DepthEncoding, Hand, Inputs, NormalEncoding, NormalSpace, TextureTarget, Viewport,
+};
 use std::ffi::OsStr;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -89,6 +92,31 @@ fn compile_for_textures(gl: &std::sync::Arc<glow::Context>, projection: Projecti
                 Textures::new(gl, &view, target, encoding).visibility(&mut ao, &view);
             }
         }
+        compile_for_inputs(gl, &view, &mut ao);
+    }
+}
+
+/// Compiles the shaders for depth buffers of every convention, for layers and viewports, and for normals of every space
+/// and encoding.
+fn compile_for_inputs(gl: &std::sync::Arc<glow::Context>, view: &ByHand, ao: &mut AmbientOcclusion) {
+    let textures = Textures::new(gl, view, TextureTarget::Texture2d, NormalEncoding::Signed);
+    let whole = textures.inputs;
+    let conventions = [
+        DepthEncoding::standard(0.1, 10.0),
+        DepthEncoding::reversed(0.1, 10.0),
+        DepthEncoding::Logarithmic { c: 1.0, far: 10.0 },
+    ];
+    for encoding in conventions {
+        let stored = Stored::new(gl, view, encoding, Depths::Float, TextureTarget::Layer(1));
+        let inputs = Inputs { depth: stored.image, depth_encoding: encoding, normals: None, ..whole };
+        ao.render(&inputs).unwrap();
+        ao.diagnose(&inputs).unwrap();
+    }
+    let viewport = Some(Viewport { x: 0, y: 0, width: 3, height: 2 });
+    for normal_encoding in [NormalEncoding::Octahedral, NormalEncoding::OctahedralBiased] {
+        let inputs = Inputs { normal_encoding, normal_space: NormalSpace::Eye(Hand::Right), viewport, ..whole };
+        ao.render(&inputs).unwrap();
+        ao.diagnose(&inputs).unwrap();
     }
 }
 

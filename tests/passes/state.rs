@@ -6,14 +6,15 @@ mod unusual;
 
 use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
+use crate::rig::stored::{Depths, Stored};
 use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Image;
 use hbao::scene::{Extents, Projection};
 use hbao::settings::{AoFormat, Method, Radius, SsaoDepth};
 use hbao::{
-    AmbientOcclusion, Error, Format, NormalEncoding, Pipeline, Request, Settings, TextureRef, TextureTarget,
-    check_size, format_renders, size_limit,
+    AmbientOcclusion, DepthEncoding, Error, Format, Inputs, NormalEncoding, Pipeline, Request, Settings, TextureRef,
+    TextureTarget, check_size, format_renders, size_limit,
 };
 use report::{Reporter, State};
 use std::collections::BTreeSet;
@@ -210,6 +211,41 @@ fn all_state_is_put_back_with_depth_samples_too() {
         assert_same(&before, &reporter.state(), "a run with samples");
         let got = read_red_undisturbed(gl, visibility, expected.texels.len());
         assert_eq!(got, expected.texels, "{}", backend.name());
+    }
+}
+
+/// Here depth is in a layer of an array, and three more passes run: two that prepare the inputs, and the one that
+/// `diagnose` draws.
+#[test]
+fn all_state_is_put_back_with_hardware_depth_in_an_array_too() {
+    for backend in rig::BOTH {
+        let context = Context::open(backend).unwrap();
+        let gl = context.gl();
+        let view = view();
+        let depth_encoding = DepthEncoding::standard(0.1, 100.0);
+        let stored = Stored::new(gl, &view, depth_encoding, Depths::Bits24AndStencil, TextureTarget::Layer(1));
+        let textures = Textures::new(gl, &view, TextureTarget::Texture2d, NormalEncoding::Signed);
+        let inputs = Inputs { depth: stored.image, depth_encoding, normals: None, ..textures.inputs };
+        let expected = {
+            let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), &settings()).unwrap();
+            let visibility = ao.render(&inputs).unwrap();
+            read_red(gl, visibility, view.depth.texels.len())
+        };
+        let (reporter, before) = unusual_state(&context);
+        let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), &settings()).unwrap();
+        for when in ["the first run", "the second run"] {
+            let visibility = ao.render(&inputs).unwrap();
+            assert_same(&before, &reporter.state(), when);
+            assert_eq!(read_red_undisturbed(gl, visibility, expected.len()), expected, "{}", backend.name());
+        }
+        ao.diagnose(&inputs).unwrap();
+        assert_same(&before, &reporter.state(), "diagnose");
+        ao.diagnose(&textures.inputs).unwrap();
+        assert_same(&before, &reporter.state(), "diagnose, with normals");
+        ao.render(&Inputs { depth_encoding: DepthEncoding::standard(2.0, 1.0), ..inputs }).unwrap_err();
+        assert_same(&before, &reporter.state(), "refused");
+        drop(ao);
+        assert_same(&before, &reporter.state(), "drop");
     }
 }
 

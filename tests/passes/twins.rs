@@ -308,7 +308,7 @@ fn inputs_of_another_kind_or_size_and_projections_without_extent_are_refused() {
     };
     refused((SIZE.0 + 1, SIZE.1), textures.inputs, "the depth texture has 97x61 texels");
     let mut flat = textures.inputs;
-    flat.normals.target = TextureTarget::Texture2d;
+    flat.normals.iter_mut().for_each(|normals| normals.target = TextureTarget::Texture2d);
     refused(SIZE, flat, "the normals texture is not of the declared kind");
     for tan_half_fov_x in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let projection = Projection::Perspective(Extents::centred(tan_half_fov_x, 1.0));

@@ -11,7 +11,7 @@ use hbao::reference::truth::{Traced, Truth};
 use hbao::reference::{converged, visibility};
 use hbao::scene::Projection;
 use hbao::settings::{Attenuation, Clamp, Exit, Jitter, Method, Normals, Quadrature, Radius, Snap, Zenith};
-use hbao::{AmbientOcclusion, Settings, rotation_tile};
+use hbao::{AmbientOcclusion, Extents, Settings, rotation_tile};
 
 /// The error that single precision leaves in a closed form.
 const FLOAT: f64 = 2e-5;
@@ -41,8 +41,8 @@ fn every_plane_is_open_from_every_view() {
         for fov in [20.0, 45.0, 90.0, 120.0] {
             views.push(plane(perspective(fov, SIZE), SIZE, n, -3.0 * n.z.abs()));
             // Texels that are three times as wide as high.
-            let Projection::Perspective { tan_half_fov_x, tan_half_fov_y } = perspective(fov, SIZE) else { continue };
-            let wide = Projection::Perspective { tan_half_fov_x, tan_half_fov_y: tan_half_fov_y / 3.0 };
+            let [half_width, half_height] = perspective(fov, SIZE).half_extents();
+            let wide = Projection::Perspective(Extents::centred(half_width, half_height / 3.0));
             views.push(plane(wide, SIZE, n, -3.0 * n.z.abs()));
         }
         if n.z < 0.0 {
@@ -283,7 +283,7 @@ fn steps_rounded_at_once_with_a_spacing_are_refused_everywhere() {
 fn random_heights_match_the_twin_under_every_way_to_take_and_weigh_samples() {
     let context = Context::open(Backend::Osmesa).unwrap();
     // The texels are wider than high.
-    let wide = Projection::Perspective { tan_half_fov_x: 1.1, tan_half_fov_y: 0.5 };
+    let wide = Projection::Perspective(Extents::centred(1.1, 0.5));
     for (seed, projection) in [(3, wide), (4, orthographic(0.1, SIZE))] {
         let view = rubble(SIZE, projection, seed, 8.0..10.0);
         for (snap, spacing) in

@@ -119,7 +119,7 @@ impl Drop for Textures {
         // SAFETY: both textures belong to this object, and tests drop it before the context.
         unsafe {
             self.gl.delete_texture(self.inputs.depth.texture);
-            self.gl.delete_texture(self.inputs.normals.texture);
+            self.inputs.normals.iter().for_each(|normals| self.gl.delete_texture(normals.texture));
         }
     }
 }

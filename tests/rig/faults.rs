@@ -196,9 +196,11 @@ entry_points! {
     glGetStringi(parameter: u32, number: u32) -> usize => 0;
     glGetTexImage(target: u32, level: i32, format: u32, kind: u32, texels: usize);
     glGetTexLevelParameteriv(target: u32, level: i32, parameter: u32, values: usize);
+    glGetTexParameteriv(target: u32, parameter: u32, values: usize);
     glGetUniformLocation(program: u32, name: usize) -> i32 => -1;
     glIsEnabled(switch: u32) -> u8 => 0;
     glIsProgram(program: u32) -> u8 => 0;
+    glIsTexture(texture: u32) -> u8 => 0;
     glLinkProgram(program: u32);
     glPixelStorei(parameter: u32, value: i32);
     glPolygonMode(face: u32, mode: u32);
@@ -220,6 +222,8 @@ entry_points! {
     glUniform1i(location: i32, x: i32);
     glUniform2f(location: i32, x: f32, y: f32);
     glUniform3f(location: i32, x: f32, y: f32, z: f32);
+    glUniform4f(location: i32, x: f32, y: f32, z: f32, w: f32);
+    glUniformMatrix3fv(location: i32, count: i32, transpose: u8, values: usize);
     glUniformMatrix4fv(location: i32, count: i32, transpose: u8, values: usize);
     glUseProgram(program: u32);
     glVertexAttribPointer(number: u32, size: i32, kind: u32, normalised: u8, stride: i32, offset: usize);

@@ -11,6 +11,7 @@ pub mod faults;
 pub mod process;
 pub mod random;
 pub mod scenes;
+pub mod stored;
 pub mod surfaces;
 pub mod twin;
 
