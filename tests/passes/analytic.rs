@@ -424,7 +424,7 @@ fn no_radius_makes_background_occlude() {
     let textures = Textures::new(context.gl(), &near, TextureTarget::Rectangle, NormalEncoding::Signed);
     let inputs = Inputs { background: 150.0, ..textures.inputs };
     for method in rig::methods().filter(|method| method.reads("radius")) {
-        let settings = Settings { method, snap: Snap::Step, blur: 0, ..rig::float_settings(200.0) };
+        let settings = Settings { method, snap: Snap::Step, spacing: 1.0, blur: 0, ..rig::float_settings(200.0) };
         let mut ao = AmbientOcclusion::new(context.gl().clone(), near.size(), &settings).unwrap();
         let visibility = ao.render(&inputs).unwrap();
         let got = read_red(context.gl(), visibility, near.depth.texels.len());

@@ -186,7 +186,7 @@ fn three_times_the_size_gives_the_same_image_at_the_same_rays() {
     for method in rig::methods().filter(|&method| method.reads("snap") && method != Method::Microsphere) {
         for snap in [Snap::Step, Snap::Sample, Snap::None] {
             let few = Settings { directions: 4, steps: 4, ..rig::raw(method, radius) };
-            let settings = Settings { snap, jitter: Jitter::None, ..few };
+            let settings = Settings { snap, spacing: 1.0, jitter: Jitter::None, ..few };
             let what = format!("{} {snap:?}", method.name());
             let [small, large] = [SMALL, LARGE].map(|size| rig::render(context.gl(), &shot, size, &settings));
             let middle = |image: &Image<f32>| Image::from_fn(47, 31, |x, y| image.at(3 * x + 1, 3 * y + 1));
