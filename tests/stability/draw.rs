@@ -234,17 +234,19 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
         select(&[Toggle::Off, Toggle::On][..]),
         select(&[Toggle::Off, Toggle::On][..]),
     );
-    let view = (
-        select(&[Zenith::View, Zenith::View, Zenith::View, Zenith::Axis][..]),
-        select(&[1.5, 1.5, 1.0, 2.0, 1.3, 4.0][..]),
-        select(&[Quadrature::Interval, Quadrature::Interval, Quadrature::Mean, Quadrature::End][..]),
-    );
-    (sampling, switches, blur, ssao, view).prop_map(|(sampling, switches, blur, ssao, view)| {
+    (sampling, switches, blur, ssao).prop_map(|(sampling, switches, blur, ssao)| {
         let (method, radius, (directions, steps), rays, bias, strength) = sampling;
         let (attenuation, snap, clamp, grounding, normals, jitter, normal_format) = switches;
         let (blur, blur_kernel, sigma, msaa, edges, half_res) = blur;
         let (ssao_samples, ssao_rotation, ssao_depth, ssao_normals, ssao_curve) = ssao;
-        let (zenith, spacing, quadrature) = view;
+        // What only `hbao-view` reads follows from what it does not read, so that whatever else is drawn stays as it was
+        // before there was this method.
+        let spacing = match rays {
+            1 => 1.5,
+            2 => 1.0,
+            4 => 2.0,
+            _ => 1.3,
+        };
         Settings {
             method,
             radius: Radius::Units(radius),
@@ -258,10 +260,14 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
             snap,
             clamp,
             grounding,
-            zenith,
+            zenith: if grounding == Grounding::Sample { Zenith::View } else { Zenith::Axis },
             // Steps that are rounded at once need samples that are evenly spaced.
             spacing: if snap == Snap::Step { 1.0 } else { spacing },
-            quadrature,
+            quadrature: match ssao_samples {
+                8 => Quadrature::Interval,
+                16 => Quadrature::Mean,
+                _ => Quadrature::End,
+            },
             normals,
             jitter,
             blur,
