@@ -1,5 +1,5 @@
-//! The float64 twin of `glsl/hbao_view.frag`: horizon-based ambient occlusion about the view ray, ShaderX7 6.2, Eq.
-//! 6.2.9, with v, the direction from P to the eye, in place of the Z axis.
+//! The float64 twin of `glsl/hbao_view.frag`.
+#![doc = include_str!("hbao_view.md")]
 #![allow(non_snake_case)]
 
 use super::horizons::{grounded, horizons};

@@ -10,7 +10,7 @@ pub mod edges;
 pub mod gbuffer;
 mod hbao;
 mod hbao_talk;
-mod hbao_view;
+pub mod hbao_view;
 mod horizons;
 mod inputs;
 mod linear_depth;

@@ -444,7 +444,6 @@ mod settings {
             ("--spacing 2", "--spacing"),
             ("--zenith view", "--zenith"),
             ("--quadrature end", "--quadrature"),
-            ("--method hbao-view --attenuation none --quadrature end", "--quadrature"),
             ("--snap none --method ray-march", "--snap"),
             ("--attenuation none --method crease", "--attenuation"),
             ("--radius 9 --method none", "--radius"),

@@ -281,7 +281,7 @@ fn the_summary_answers_what_readers_ask_first() {
         ("finding-normals", "Do 8-bit normals suffice?", "/255"),
         ("finding-half-resolution", "What does half resolution cost?", "times (nave)"),
         ("finding-two-papers", "Where do the two papers disagree?", "a factor of 1.83"),
-        ("finding-error", "Where does the error come from?", "% the method itself"),
+        ("finding-error", "Where does the error come from?", ": model "),
     ];
     for (id, question, part) in answers {
         let finding = summary.split(&format!("id=\"figure-{id}\"")).nth(1).unwrap_or_else(|| panic!("{id} is missing"));

@@ -12,6 +12,7 @@ mod horizon;
 mod jitter;
 mod picture;
 mod results;
+mod view;
 
 use super::figure::Figure;
 use super::lab::Lab;
@@ -28,7 +29,7 @@ pub(super) use picture::{detail, grey, picture};
 type Make = fn(&Lab) -> Result<Figure, Error>;
 
 /// The figures in the papers' order.
-pub(super) const ALL: [Make; 21] = [
+pub(super) const ALL: [Make; 22] = [
     crysis::game_scene,
     crysis::scenarios,
     crysis::edges,
@@ -50,4 +51,5 @@ pub(super) const ALL: [Make; 21] = [
     results::dragon,
     results::talk,
     results::methods,
+    view::beyond,
 ];
