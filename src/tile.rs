@@ -3,8 +3,8 @@
 //!
 //! For all methods but `ssao` it is the tile of ShaderX7 6.2 (Directions and jittering). Each texel is (cos a, sin a,
 //! b), where a is a random angle that is less than the angle between two directions, and b is a random fraction of a
-//! step. For `hbao-view` the 16 pairs of a and b are not random: they are spread evenly. For `ssao` it is the tile of 6.1 (Randomly rotated kernel). Each texel is a random unit vector, by which the
-//! offsets of the samples are turned.
+//! step. For `hbao-view` the 16 pairs of a and b are not random: they are spread evenly. For `ssao` it is the tile of
+//! 6.1 (Randomly rotated kernel). Each texel is a random unit vector, by which the offsets of the samples are turned.
 
 use crate::image::Image;
 use crate::settings::{Jitter, Settings, TileKind};

@@ -92,7 +92,7 @@ fn cases() -> Vec<Case> {
             exit: *latest.one(&[Exit::Paper, Exit::Shorten]),
             zenith: *newest.one(&[Zenith::View, Zenith::View, Zenith::Axis]),
             spacing,
-            quadrature: *newest.one(&[Quadrature::Interval, Quadrature::Mean, Quadrature::End]),
+            quadrature: *newest.one(Quadrature::ALL),
             ssao_samples: *later.one(&[8, 16, 24]),
             ssao_rotation: *later.one(&[SsaoRotation::Matrix, SsaoRotation::Mirror]),
             ssao_depth: *later.one(&[SsaoDepth::Full, SsaoDepth::Half]),

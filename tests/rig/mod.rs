@@ -175,16 +175,15 @@ pub fn every_switch() -> Vec<Settings> {
         if other.reads("bias") { strong } else { method(other, 100.0) }
     });
     let more = [
+        Settings { edges: Edges::Off, msaa: 2, ..base(150.0) },
         // Where W differs, the mean of two ends hangs on whether samples of a plane, which do not rise above its tangent,
         // are accepted all the same: there is no telling on the planes of these scenes.
         Settings {
-            zenith: Zenith::Axis,
             quadrature: Quadrature::Mean,
             spacing: 1.5,
             attenuation: Attenuation::None,
-            ..method(Method::HbaoView, 150.0)
+            ..method(Method::HbaoView, 157.0)
         },
-        Settings { edges: Edges::Off, msaa: 2, ..base(150.0) },
         Settings { half_res: true, ..base(400.0) },
         Settings { half_res: true, blur_kernel: BlurKernel::Full, msaa: 1, ..base(400.0) },
         Settings { half_res: true, blur: 0, ..base(400.0) },
@@ -211,13 +210,14 @@ pub fn every_switch() -> Vec<Settings> {
             spacing: 1.3,
             snap: Snap::None,
             attenuation: Attenuation::Linear,
-            steps: 40,
-            ..method(Method::HbaoView, 400.0)
+            steps: 5,
+            ..method(Method::HbaoView, 293.0)
         },
         Settings {
             snap: Snap::Step,
             spacing: 1.0,
             quadrature: Quadrature::Interval,
+            zenith: Zenith::Axis,
             attenuation: Attenuation::Linear,
             clamp: Clamp::Depth,
             jitter: Jitter::None,
