@@ -3,8 +3,8 @@
 //
 // Compiled in: N_D, the number of directions; DIRECTIONS, their unit vectors, at the angles 2 pi k / N_D; N_S, the
 // largest number of samples in a direction; EACH_STEP(step), which expands to step(1) step(2) ... as far as
-// steps.count, where `steps` is a variable of the type Steps; DIRECTIONS_LOOPED, if the directions are too many to unroll
-// their loop; one of EXIT_*; one of SNAP_*; and one of CLAMP_*.
+// steps.count, where `steps` is a variable of the type Steps; DIRECTIONS_LOOPED, if the directions are too many to
+// unroll their loop; one of EXIT_*; one of SNAP_*; and one of CLAMP_*.
 const vec2 directions[N_D] = vec2[N_D](DIRECTIONS);
 
 // The end of the loop over directions, which is N_D. A compiler cannot unroll the loop if the end is a uniform.

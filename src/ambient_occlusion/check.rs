@@ -186,9 +186,9 @@ impl Inputs {
     /// Refuses inputs that cannot be right, and returns them as passes read them. `size` is the size of the view.
     ///
     /// # Errors
-    /// [`Error::Usage`] for what [`Projection::check`] refuses, for planes or a matrix that no depth buffer has, for a near
-    /// plane that `ray-march` cannot use, and for a texture whose size, format or number of samples cannot be meant.
-    /// [`Error::Gl`] for a texture of another kind.
+    /// [`Error::Usage`] for what [`Projection::check`] refuses, for planes or a matrix that no depth buffer has, for a
+    /// near plane that `ray-march` cannot use, and for a texture whose size, format or number of samples cannot be
+    /// meant. [`Error::Gl`] for a texture of another kind.
     pub(super) fn check(&self, gl: &glow::Context, size: (u32, u32), method: Method) -> Result<Checked, Error> {
         self.projection.check()?;
         let curve = self.depth_encoding.curve(self.projection.is_perspective())?;

@@ -189,9 +189,9 @@ impl AmbientOcclusion {
     /// a layer that does not exist, or a format that cannot hold what its encoding says; a viewport of another size, or
     /// one that reaches past a texture; near and far planes in the wrong order, a matrix that is no projection, or a
     /// view matrix that is no rotation; what [`Projection::check`] refuses; or a near plane that `ray-march` cannot
-    /// use. What is plausible and still wrong, [`AmbientOcclusion::diagnose`] finds. [`Error::Gl`] for a texture of another kind
-    /// than declared, if transform feedback is active, if an OpenGL error is pending, or if the driver refuses a
-    /// shader, an allocation or a call.
+    /// use. What is plausible and still wrong, [`AmbientOcclusion::diagnose`] finds. [`Error::Gl`] for a texture of
+    /// another kind than declared, if transform feedback is active, if an OpenGL error is pending, or if the driver
+    /// refuses a shader, an allocation or a call.
     pub fn render(&mut self, inputs: &Inputs) -> Result<TextureRef, Error> {
         let mut timers = Timers::new(&self.gl, false)?;
         self.render_timed(inputs, &mut timers)

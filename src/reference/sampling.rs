@@ -219,8 +219,8 @@ impl<'a> MethodScene<'a> {
         }
     }
 
-    /// Returns q = ((b + i - 1)/(b + i))^spacing: the distance that the sample before sample i is meant to have, divided
-    /// by that of sample i. It is 0 for the first sample.
+    /// Returns q = ((b + i - 1)/(b + i))^spacing: the distance that the sample before sample i is meant to have,
+    /// divided by that of sample i. It is 0 for the first sample.
     pub(super) fn nearer(&self, pixel: &Pixel, i: u32) -> f64 {
         let even = pixel.jitter[2] + f64::from(i);
         if i > 1 { ((even - 1.0) / even).powf(self.settings.spacing_read()) } else { 0.0 }

@@ -112,8 +112,8 @@ choice! {
         End = "end",
         /// The mean of W at that sample and of W at the last sample that the horizon rose to, which is 1 at first.
         Mean = "mean",
-        /// The mean of W at that sample and of W as far away as the sample before it lies. The more steps there are, the
-        /// less it differs from W at the sample.
+        /// The mean of W at that sample and of W as far away as the sample before it lies. The more steps there are,
+        /// the less it differs from W at the sample.
         Interval = "interval",
         /// The same, times the rise that is to be expected between the sample before and the sample: low rises are
         /// higher between the two, and high ones are mostly narrower.

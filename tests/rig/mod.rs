@@ -176,8 +176,8 @@ pub fn every_switch() -> Vec<Settings> {
     });
     let more = [
         Settings { edges: Edges::Off, msaa: 2, ..base(150.0) },
-        // Where W differs, the mean of two ends hangs on whether samples of a plane, which do not rise above its tangent,
-        // are accepted all the same: there is no telling on the planes of these scenes.
+        // Where W differs, the mean of two ends hangs on whether samples of a plane, which do not rise above its
+        // tangent, are accepted all the same: there is no telling on the planes of these scenes.
         Settings {
             quadrature: Quadrature::Mean,
             spacing: 1.5,

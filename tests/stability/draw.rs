@@ -239,8 +239,8 @@ fn settings(methods: Vec<Method>) -> impl Strategy<Value = Settings> {
         let (attenuation, snap, clamp, grounding, normals, jitter, normal_format) = switches;
         let (blur, blur_kernel, sigma, msaa, edges, half_res) = blur;
         let (ssao_samples, ssao_rotation, ssao_depth, ssao_normals, ssao_curve) = ssao;
-        // What only `hbao-view` reads follows from what it does not read, so that whatever else is drawn stays as it was
-        // before there was this method.
+        // What only `hbao-view` reads follows from what it does not read, so that whatever else is drawn stays as it
+        // was before there was this method.
         let spacing = match rays {
             1 => 1.5,
             2 => 1.0,
