@@ -2,7 +2,7 @@
 //! of the folder `../shared/models`, two views and two radii each, 480x360. If the folder is not there, the tests
 //! report that and pass. The truth is traced with 512 rays a pixel, at 1,500 random pixels of each view.
 //!
-//! `HBAO_ACCURACY_PIXELS=20000 cargo test --test accuracy -- --nocapture --test-threads 1` takes more pixels, and `all`
+//! `HBAO_ACCURACY_PIXELS=5000 cargo test --test accuracy -- --nocapture --test-threads 1` takes more pixels, and `all`
 //! every pixel; both print the tables of `src/reference/hbao_view.md`.
 
 use glam::DVec3;
