@@ -51,9 +51,9 @@ const float BESIDE = 1.0 / 16.0;
 //
 // With m = sqrt((n.v)^2 + (n.a)^2): sin t = -(n.a)/m, cos t = (n.v)/m, n' = n/m and T = ((n.v) a - (n.a) v)/m. Then X =
 // D.n' is how high S lies above the surface, C = D.T how far along it, and turned by t these are D.up and D.ahead, with
-// up = cos t n' + sin t T and ahead = cos t T - sin t n'. That is up = v and ahead = a, but for a sample that snapping
-// has moved beside the slice: up and ahead take it back into the slice along the tangent plane. So the elevation of a
-// sample on the tangent plane is t, whatever its azimuth.
+// up = cos t n' + sin t T and ahead = cos t T - sin t n'. For a D in the slice they are D.v and D.a. For a sample that
+// snapping has moved beside the slice, they are those of the point that it gets to when it is moved back into the slice
+// parallel to the tangent plane. So the elevation of a sample on the tangent plane is t, whatever its azimuth.
 Slice slice_at(Surface s, vec2 e)
 {
     Slice result;
@@ -153,7 +153,7 @@ void main()
 
     EACH_STEP(MEASURE)
     float occlusion = 0.0;
-    for (int k = 0; k < N_D; ++k) {
+    for (int k = 0; k < direction_count; ++k) {
         Direction d = direction(k, steps.px, s.jitter);
         // A step on either axis has the same length in eye space, so that the unit vector is its direction there.
         Slice slice = slice_at(s, turned(directions[k], s.jitter));

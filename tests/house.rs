@@ -411,3 +411,17 @@ fn the_rules_would_notice_an_import() {
     assert!(!paths(&text, false).iter().any(|path| path.contains("cli") || path.contains("no") || path.contains("x")));
     assert_eq!(paths(&text, true), ["super::method::A"]);
 }
+
+#[test]
+fn every_loop_over_directions_stays_a_loop_where_there_are_too_many_samples() {
+    let mut loops = 0;
+    for path in files("glsl") {
+        let text = read(&path);
+        for line in text.lines().filter(|line| line.contains("for (") && line.contains("k = 0")) {
+            loops += 1;
+            let sampled = text.contains("EACH_STEP");
+            assert!(!sampled || line.contains("k < direction_count"), "{path}: {line}");
+        }
+    }
+    assert!(loops >= 4, "{loops}");
+}

@@ -18,11 +18,11 @@ use hbao::{Error, check_size};
 use serde_json::json;
 
 const EXPLANATION: &str = "\
-Some 70 combinations of settings are timed and compared with ray-traced ambient occlusion of the same radius and
+Some 60 combinations of settings are timed and compared with ray-traced ambient occlusion of the same radius and
 attenuation. The time is that of ambient occlusion and its blur, the median over interleaved runs. The comparison covers
 the pixels that hold a surface. A star marks each combination that no other beats in both time and RMSE. The column
-'exits' has the share of the surface at which a method exits early, with visibility 1, because a step is shorter than a
-texel there; combinations above 50 % get no star. An edge pixel is one whose 4 depth samples show more than one surface.
+'exits' has the share of the surface at which a method exits early, with visibility 1, because R covers too few
+texels there; combinations above 50 % get no star. An edge pixel is one whose 4 depth samples show more than one surface.
 'AO ms' is the time without the blur. 'best S' is the --strength with which the RMSE would be the least, found on the
 same image, and 'its RMSE' is what is left with it.
 Of the flags for settings, only --radius, --attenuation, --strength and --exit have an effect, because the sweep sets

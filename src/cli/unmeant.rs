@@ -123,7 +123,7 @@ pub(crate) fn radius_of_many<'a>(all: impl Iterator<Item = (&'a Settings, Reach)
     let shorten = if shorten { "--exit shorten, or " } else { "" };
     let exits = most(|reach| reach.exits).map(|which| {
         format!(
-            "{which} exit early with visibility 1, because their steps are shorter than a texel there: give {shorten}a larger \
+            "{which} exit early with visibility 1, because R covers too few texels for their steps there: give {shorten}a larger \
              --radius or --size"
         )
     });

@@ -218,5 +218,7 @@ mod tests {
             settings.validate().unwrap();
             assert!(!all[..i].contains(settings), "{}", settings.to_toml());
         }
+        // The texts say that there are some 60.
+        assert!((55..65).contains(&all.len()), "{}", all.len());
     }
 }

@@ -37,9 +37,9 @@ const BESIDE: f64 = 1.0 / 16.0;
 /// Returns the slice in the direction e of the image, a unit vector in eye space.
 ///
 /// X = D.n' is how high S lies above the surface, C = D.T how far along it, and turned by t these are D.up and D.ahead.
-/// That is up = v and ahead = a, but for a sample that snapping has moved beside the slice: up and ahead take it back
-/// into the slice along the tangent plane. So the elevation of a sample on the tangent plane is t, whatever its
-/// azimuth.
+/// For a D in the slice they are D.v and D.a. For a sample that snapping has moved beside the slice, they are those of
+/// the point that it gets to when it is moved back into the slice parallel to the tangent plane. So the elevation of a
+/// sample on the tangent plane is t, whatever its azimuth.
 fn slice(pixel: &Pixel, e: DVec2) -> Slice {
     let r = pixel.r.normalize();
     let n = pixel.n.normalize_or_zero();
@@ -120,7 +120,8 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
 fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut dyn Observer) -> f64 {
     let rise = |sample: &Sample, r: f64| match scene.settings.zenith {
         Zenith::View => {
-            let slice = slice(pixel, (sample.taken * scene.pixel_extent()).normalize());
+            let offset = (sample.D - sample.D.z * pixel.r).truncate();
+            let slice = slice(pixel, offset.normalize());
             sample.D.dot(slice.up) / r - scene.raised(slice.sine, slice.cosine)
         }
         Zenith::Axis => grounded(scene, pixel, sample, r),

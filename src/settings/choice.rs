@@ -115,8 +115,9 @@ choice! {
         /// The mean of W at that sample and of W as far away as the sample before it lies. The more steps there are,
         /// the less it differs from W at the sample.
         Interval = "interval",
-        /// The same, times the rise that is to be expected between the sample before and the sample: low rises are
-        /// higher between the two, and high ones are mostly narrower.
+        /// The same, times 1 + (1 - q^2) (3/4 - rise)/4, where q is the distance meant for the sample before, divided by
+        /// that of the sample. Between two samples the surface is probably higher than a low rise, and an occluder with
+        /// a high rise is probably narrow.
         #[default]
         Expected = "expected",
     }
@@ -137,7 +138,7 @@ choice! {
 choice! {
     /// Whether directions and steps differ from pixel to pixel, which replaces banding by noise.
     Jitter {
-        /// They differ: a 4x4 tile of random rotations and offsets is repeated over the screen.
+        /// They differ: a 4x4 tile of rotations and offsets is repeated over the screen.
         #[default]
         Tile = "tile",
         /// They are the same for every pixel.

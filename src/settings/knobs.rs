@@ -262,18 +262,18 @@ knobs! {
     "zenith" "ZENITH" zenith Word: Zenith =
         "hbao-view: the axis from which elevations are measured: view takes the view ray, axis the camera's axis";
     "spacing" "P" spacing Number(1.0, 4.0) =
-        "hbao-view: sample i of N lies at the power P of (b + i)/(N + 1) of R: with 1 samples are evenly spaced, with \
+        "hbao-view: sample i of N lies at R times (b + i)/(N + 1) to the power P: with 1 samples are evenly spaced, with \
          more they lie nearer to the pixel";
     "quadrature" "RULE" quadrature Word: Quadrature =
-        "hbao-view: W over a rise of the horizon: end takes W at the sample that rises, mean the mean of it and of W at \
-         the sample that rose before, interval the mean of it and of W as far away as the sample \
-         before, expected the same times the rise to be expected between the two samples";
+        "hbao-view: the weight of a rise of the horizon: end takes W at the sample that the horizon rises to, mean the \
+         mean of W there and at the last sample that it rose to, interval the mean of W there and at the distance meant \
+         for the sample before, expected the same times a factor that is above 1 for low rises and below 1 for high ones";
     "normals" "NORMALS" normals Word: Normals =
         "The source of normals: derivative takes screen derivatives of the position, vertex interpolates the \
          vertices' normals";
     "jitter" "JITTER" jitter Word: Jitter =
-        "How samples vary: tile rotates and offsets them by a random 4x4 tile that repeats over the screen, none \
-         treats all pixels alike";
+        "How samples vary: tile rotates and offsets them by a 4x4 tile that repeats over the screen (random; for \
+         hbao-view spread evenly), none treats all pixels alike";
     "blur" "N" blur OddOrZero(3, 41) = "The width of the blur in pixels; 0 turns the blur off";
     "blur-kernel" "KERNEL" blur_kernel Word: BlurKernel =
         "How the blur runs: separable blurs in X and then in Y, full blurs over the whole square in one pass";

@@ -94,6 +94,9 @@ impl<'a> Tuner<'a> {
                 self.tried.push(tried);
                 progress(self.tried.len(), all);
             }
+            if round == ROUNDS {
+                break;
+            }
             // Wider formats cost memory and gain little. They are tried only if nothing else reaches the error.
             let reached = self.tried.iter().any(|tried| tried.share(goal).is_some_and(|share| share <= 1.0));
             let wide = round > 0 && !reached && matches!(goal, Goal::MaxError(_));

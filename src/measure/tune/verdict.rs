@@ -12,8 +12,8 @@ pub enum Verdict {
     Open,
     /// It is the answer.
     Best,
-    /// It was not rendered, because at more than half of the texels a step is shorter than a texel, so that the method
-    /// exits early ([`MOST_EXITS`](crate::measure::MOST_EXITS)).
+    /// It was not rendered, because at more than half of the texels R covers too few texels, so that the method exits
+    /// early ([`MOST_EXITS`](crate::measure::MOST_EXITS)).
     StepsBelowTexel,
     /// It was not rendered, because a 16-bit depth cannot hold both the near and the far plane.
     DepthFormat,
@@ -24,8 +24,8 @@ pub enum Verdict {
     Refused,
     /// Its error is above the limit.
     TooInaccurate,
-    /// Another combination, which differs only in numbers of samples and in the blur, is at least as accurate with no
-    /// more work.
+    /// Another combination, which differs only in numbers of samples, in the strength and in the blur, is at least as
+    /// accurate with no more work.
     NoGain,
     /// It has a wider format than usual, and others reach the error without one.
     WiderThanNeeded,

@@ -42,7 +42,8 @@ pub enum Fate {
     Background,
     /// It lies further than R from P, and is ignored.
     BeyondRadius,
-    /// It is not higher than the horizon so far, or with `hbao-view` it was snapped behind P, and is ignored.
+    /// It is not higher than the horizon so far, or with `hbao-view` it was snapped behind P or lies nearly at a
+    /// right angle to its slice. It is ignored.
     BelowHorizon,
     /// It raises the horizon.
     Raises,
@@ -53,7 +54,8 @@ pub enum Fate {
 pub struct SampleAnatomy {
     /// i = 1..N_s.
     pub index: u32,
-    /// The offset (b + i) step_px of Eq. 6.2.10, in texels from P's own texel, before it is rounded.
+    /// The offset (b + i) step_px of Eq. 6.2.10, or with `hbao-view` the offset that its spacing gives, in texels from
+    /// P's own texel, before it is rounded.
     pub meant: DVec2,
     /// The texel that is read, in texels from P's own: rounded as `snap` says, and clamped to the image.
     pub taken: DVec2,
@@ -63,7 +65,7 @@ pub struct SampleAnatomy {
     pub found: Option<Found>,
     /// What the sample adds to the occlusion; 0 if it is ignored. With `hbao` it is W [(sin phi - sin t) - previous] of
     /// Eq. 6.2.9, and may be negative. With `hbao-talk` the last sample that raises the horizon has all, (sin h - sin
-    /// t(theta)) W, and the others have 0.
+    /// t(theta)) W, and the others have 0. With `hbao-view` it is the term of its sum.
     pub contribution: f64,
 }
 
@@ -81,7 +83,8 @@ pub struct Found {
     pub sin_t: f64,
     /// The sine of the horizon before the sample: the running maximum.
     pub sin_before: f64,
-    /// The attenuation W(|D|). Beyond R it has no meaning.
+    /// The attenuation W(|D|). Beyond R it has no meaning. `hbao-view` takes the distance in the slice, and its
+    /// quadrature changes the weight.
     pub weight: f64,
 }
 

@@ -19,11 +19,11 @@ fn changes(subject: &Subject) -> Vec<(&'static str, Settings)> {
     vec![
         ("hbao", subject.exact(Method::Hbao)),
         ("hbao --exit shorten", Settings { exit: Exit::Shorten, ..subject.exact(Method::Hbao) }),
-        ("each sample is rounded by itself", view(Zenith::Axis, 1.0, Quadrature::End)),
+        ("samples are rounded one by one, with an even tile", view(Zenith::Axis, 1.0, Quadrature::End)),
         ("the zenith is the view ray", view(Zenith::View, 1.0, Quadrature::End)),
         ("samples are denser near P", view(Zenith::View, own.spacing, Quadrature::End)),
         ("W is the mean over an interval", view(Zenith::View, own.spacing, Quadrature::Interval)),
-        ("rises are those to be expected: hbao-view", subject.exact(Method::HbaoView)),
+        ("the weight is that expected between samples: hbao-view", subject.exact(Method::HbaoView)),
         ("hbao-view with 4 directions of 8 steps", fewer(4, 8)),
         ("hbao-view with 4 directions of 4 steps", fewer(4, 4)),
     ]
@@ -54,8 +54,9 @@ pub(super) fn beyond(lab: &Lab) -> Result<Figure, Error> {
         id: "hbao-view".into(),
         title: "Beyond the papers: hbao-view".into(),
         text: "The same depth and normals, and as many samples as the chapter's method takes, but about the view ray through \
-               each pixel, denser near the pixel, and with a better weight for what lies between two samples. Each row adds \
-               one change to the row before it. The numbers are RMSE against rays, with 8 directions of 8 steps but in the \
+               each pixel, denser near the pixel, and with a better weight for what lies between two samples. Each row up \
+               to hbao-view adds a change to the row before it; the third row also has the depth sigma of this method's blur, R/16 \
+               in place of R/4. The numbers are RMSE against rays, with 8 directions of 8 steps but in the \
                last two rows, and with float targets."
             .into(),
         pictures,
