@@ -115,9 +115,9 @@ choice! {
         /// The mean of W at that sample and of W as far away as the sample before it lies. The more steps there are,
         /// the less it differs from W at the sample.
         Interval = "interval",
-        /// The same, times 1 + (1 - q^2) (3/4 - rise)/4, where q is the distance meant for the sample before, divided by
-        /// that of the sample. Between two samples the surface is probably higher than a low rise, and an occluder with
-        /// a high rise is probably narrow.
+        /// The same, times 1 + (1 - q^2) (3/4 - rise)/4, where q is the distance meant for the sample before, divided
+        /// by that of the sample. Between two samples the surface is probably higher than a low rise, and an occluder
+        /// with a high rise is probably narrow.
         #[default]
         Expected = "expected",
     }
