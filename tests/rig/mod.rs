@@ -179,6 +179,7 @@ pub fn every_switch() -> Vec<Settings> {
         // Where W differs, the mean of two ends hangs on whether samples of a plane, which do not rise above its
         // tangent, are accepted all the same: there is no telling on the planes of these scenes.
         Settings {
+            zenith: Zenith::Axis,
             quadrature: Quadrature::Mean,
             spacing: 1.5,
             attenuation: Attenuation::None,
@@ -217,7 +218,6 @@ pub fn every_switch() -> Vec<Settings> {
             snap: Snap::Step,
             spacing: 1.0,
             quadrature: Quadrature::Interval,
-            zenith: Zenith::Axis,
             attenuation: Attenuation::Linear,
             clamp: Clamp::Depth,
             jitter: Jitter::None,
