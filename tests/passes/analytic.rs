@@ -13,11 +13,11 @@ use hbao::settings::{Attenuation, BlurKernel, Clamp, Grounding, Jitter, NormalFo
 use hbao::{AmbientOcclusion, Inputs, NormalEncoding, Settings, TextureTarget};
 
 /// The error that single precision leaves in a closed form.
-const FLOAT: f64 = 2e-5;
+pub(crate) const FLOAT: f64 = 2e-5;
 
 /// Unit normals of planes that face the eye on the picture's axis, and of some that only the picture's border sees. For
 /// these, tilted by more than 90 degrees, n.z is positive, as on walls beside the camera.
-fn tilts() -> impl Iterator<Item = DVec3> {
+pub(crate) fn tilts() -> impl Iterator<Item = DVec3> {
     [0.0, 20.0, 45.0, 70.0, 80.0, 95.0, 110.0f64].into_iter().flat_map(|tilt| {
         [0.0, 37.0, 90.0, 211.0, 300.0f64].into_iter().take(if tilt == 0.0 { 1 } else { 5 }).map(move |turn| {
             let (sin, cos) = tilt.to_radians().sin_cos();

@@ -1,9 +1,9 @@
 //! The method about the view ray: what it owes to no paper must hold by its own closed forms and limits.
 
+use crate::analytic::{FLOAT, tilts};
 use crate::rig;
 use crate::rig::by_hand::{ByHand, columns, heights, orthographic, perspective, plane, rubble};
 use crate::rig::{SIZE, everywhere, hold, scenes, twin};
-use glam::DVec3;
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::reference::gbuffer::gbuffer;
@@ -13,23 +13,8 @@ use hbao::scene::Projection;
 use hbao::settings::{Attenuation, Clamp, Exit, Jitter, Method, Normals, Quadrature, Radius, Snap, Zenith};
 use hbao::{AmbientOcclusion, Extents, Settings, rotation_tile};
 
-/// The error that single precision leaves in a closed form.
-const FLOAT: f64 = 2e-5;
-
 fn raw(radius: f64) -> Settings {
     rig::raw(Method::HbaoView, radius)
-}
-
-/// Unit normals of planes that face the eye on the picture's axis, and of some that only the picture's border sees. For
-/// these, tilted by more than 90 degrees, n.z is positive, as on walls beside the camera.
-fn tilts() -> impl Iterator<Item = DVec3> {
-    [0.0, 20.0, 45.0, 70.0, 80.0, 95.0, 110.0f64].into_iter().flat_map(|tilt| {
-        [0.0, 37.0, 90.0, 211.0, 300.0f64].into_iter().take(if tilt == 0.0 { 1 } else { 5 }).map(move |turn| {
-            let (sin, cos) = tilt.to_radians().sin_cos();
-            let (s, c) = turn.to_radians().sin_cos();
-            DVec3::new(sin * c, sin * s, -cos)
-        })
-    })
 }
 
 #[test]
