@@ -11,11 +11,17 @@
 //   UPSAMPLES          defined if FROM is not vec2(1)
 //   GAUSSIAN, SPATIAL  the number of spatial weights, and the weights: exp(-k^2 / (2 s^2)) at k = 0, 1, ... pixels from
 //                      the centre, and 0 beyond the kernel. Undefined for the blur with equal weights.
+//   SIGMA_OF_DEPTH     defined if a Gaussian's depth sigma is in proportion to the depth of the pixel
 //   SAMPLES            depth samples per pixel. Defined only for the supersampling blur.
 uniform sampler2DRect ao_image;
 uniform vec2 extent; // size of the full image in pixels
 #ifdef GAUSSIAN
-uniform float inverse_sigma; // 1 / (sqrt(2) s_z); s_z is the depth sigma in scene units
+uniform float inverse_sigma; // 1 / (sqrt(2) s_z), where s_z is the depth sigma in scene units, or at the depth 1
+#ifdef SIGMA_OF_DEPTH
+#define INVERSE_SIGMA(z) (inverse_sigma / (z))
+#else
+#define INVERSE_SIGMA(z) inverse_sigma
+#endif
 const float spatial[GAUSSIAN] = float[GAUSSIAN](SPATIAL);
 #else
 uniform vec2 depth_sigma; // depth sigma: x in scene units, y as a share of the depth; one of the two is 0
@@ -89,7 +95,7 @@ void main()
         for (int s = 0; s < SAMPLES; ++s) {
             float dz = tap_z - z[s];
 #ifdef GAUSSIAN
-            float t = dz * inverse_sigma;
+            float t = dz * INVERSE_SIGMA(z[s]);
             float of_depth = weight * exp(-t * t);
 #else
             float of_depth = abs(dz) <= depth_sigma.x + depth_sigma.y * z[s] ? weight : 0.0;

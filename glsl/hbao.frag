@@ -23,14 +23,14 @@ void look_at(inout Horizon h, Surface s, Direction d, int i)
 #else
     // Eq. 6.2.6 is the elevation's tangent. This is the elevation's sine, which orders the samples in the same way.
     float sine = -S.D.z * inversesqrt(S.squared);
-    bool accepted = within(S) && sine > h.sine;
+    bool accepted = within(S, s) && sine > h.sine;
     // Eq. 6.2.9 uses the tangent towards each sample. Eq. 6.2.8 uses one tangent for the whole direction.
 #ifdef GROUNDING_SAMPLE
     h.tangent = sine_of_tangent(s, S.taken * pixel);
 #endif
     float rise = sine - h.tangent;
     // These are selections and not a branch, because llvmpipe takes less time that way.
-    h.occlusion += accepted ? attenuation(S.squared) * (rise - h.previous) : 0.0;
+    h.occlusion += accepted ? attenuation(S.squared, s.R) * (rise - h.previous) : 0.0;
     h.previous = accepted ? rise : h.previous;
     h.sine = accepted ? sine : h.sine;
 #endif

@@ -18,7 +18,7 @@ void look_at(inout Horizon h, Surface s, Direction d, int i)
     h.sine += S.z;
 #else
     float sine = -S.D.z * inversesqrt(S.squared);
-    bool higher = within(S) && sine > h.sine;
+    bool higher = within(S, s) && sine > h.sine;
     h.sine = higher ? sine : h.sine;
     h.squared = higher ? S.squared : h.squared;
 #endif
@@ -40,7 +40,7 @@ void main()
         float tangent = sine_of_tangent(s, along(d) * pixel);
         Horizon h = Horizon(tangent, 0.0);
         EACH_STEP(LOOK_AT)
-        occlusion += (h.sine - tangent) * attenuation(h.squared);
+        occlusion += (h.sine - tangent) * attenuation(h.squared, s.R);
     }
     out_0 = clamp(1.0 - strength / float(N_D) * occlusion, 0.0, 1.0);
 }

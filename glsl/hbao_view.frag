@@ -121,19 +121,19 @@ void look_at(inout Horizon h, Surface s, Direction d, Slice slice, int i)
     bool seen = true;
 #endif
     float sine = up * inversesqrt(squared);
-    bool within = squared <= radius * radius && z < background && place.taken != vec2(0.0);
+    bool within = squared <= s.R * s.R && z < background && place.taken != vec2(0.0);
     bool accepted = seen && within && sine > h.sine;
     float rise = sine - h.tangent;
 #if defined(QUADRATURE_EXPECTED)
-    float weight = attenuation(mean[i - 1] * squared) * (1.0 + 0.25 * wide[i - 1] * (0.75 - rise));
+    float weight = attenuation(mean[i - 1] * squared, s.R) * (1.0 + 0.25 * wide[i - 1] * (0.75 - rise));
 #elif defined(QUADRATURE_INTERVAL)
-    float weight = attenuation(mean[i - 1] * squared);
+    float weight = attenuation(mean[i - 1] * squared, s.R);
 #elif defined(QUADRATURE_MEAN)
-    float end = attenuation(squared);
+    float end = attenuation(squared, s.R);
     float weight = 0.5 * (end + h.weight);
     h.weight = accepted ? end : h.weight;
 #else
-    float weight = attenuation(squared);
+    float weight = attenuation(squared, s.R);
 #endif
     h.occlusion += accepted ? weight * (rise - h.previous) : 0.0;
     h.previous = accepted ? rise : h.previous;

@@ -32,7 +32,7 @@ float occlusion_by(Surface s, vec3 n, Direction d, Steps steps, int i)
     float m = 2.0 * PI * (s.jitter.z + float(i)) * steps.px.x * steps.px.y / float(N_D);
     float solid_angles = m * 2.0 * PI * cap;
 #endif
-    return within(S) ? solid_angles * max(0.0, dot(n, S.D) * inverse) : 0.0;
+    return within(S, s) ? solid_angles * max(0.0, dot(n, S.D) * inverse) : 0.0;
 #endif
 }
 #define ADD(i) occlusion += occlusion_by(s, n, d, steps, i);

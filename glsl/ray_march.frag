@@ -35,7 +35,7 @@ void march_to(inout float stopped, Surface s, March ray, int i)
     vec3 D = from_surface(s, q - s.p, sample_z);
     float squared = dot(D, D);
     // Texels beyond R are ignored, and so is P's own texel, where D = 0.
-    bool within = squared <= radius * radius && sample_z < background && squared > 0.0;
+    bool within = squared <= s.R * s.R && sample_z < background && squared > 0.0;
     stopped = in_front && within ? squared : stopped;
 #endif
 }
@@ -62,7 +62,7 @@ void main()
             vec3 ray = cosine * n + sqrt(1.0 - cosine * cosine) * azimuth;
             // The ray ends at the point E, at the distance R from P or at the near plane, whichever comes first.
             float to_near = ray.z < 0.0 ? max(s.z - near, 0.0) / -ray.z : 3e38;
-            float reach = min(radius, to_near);
+            float reach = min(s.R, to_near);
             // If the ray ends at the near plane, E.z is the near depth itself: computed as s.z + reach * ray.z, a small
             // near depth would be lost to rounding.
             float E_z = reach < to_near ? s.z + reach * ray.z : min(near, s.z);
@@ -84,7 +84,7 @@ void main()
             March march = March(stride, start, rise);
             float stopped = -1.0;
             EACH_STEP(MARCH_TO)
-            occlusion += stopped < 0.0 ? 0.0 : attenuation(stopped);
+            occlusion += stopped < 0.0 ? 0.0 : attenuation(stopped, s.R);
         }
     }
     out_0 = clamp(1.0 - strength / float(N_D * N_R) * occlusion, 0.0, 1.0);

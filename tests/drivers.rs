@@ -92,8 +92,30 @@ fn the_entry_points_of_opengl_3_3_core_suffice() {
                 _ => std::ptr::null(),
             })
         };
-        assert_as_expected(&frames(&Arc::new(only_core), true), backend.name());
+        let only_core = Arc::new(only_core);
+        assert_as_expected(&frames(&only_core, true), backend.name());
+        named_where_possible(&context, &only_core, &names);
     }
+}
+
+/// The driver has debug groups, and its extension string says so. A loader of OpenGL 3.3 alone does not have them, and
+/// then the passes have no names.
+fn named_where_possible(context: &Context, only_core: &Arc<glow::Context>, names: &BTreeSet<String>) {
+    let view = rig::by_hand::rubble((9, 9), rig::by_hand::perspective(60.0, (9, 9)), 3, 1.0..2.0);
+    let (target, encoding) = (hbao::TextureTarget::Rectangle, hbao::NormalEncoding::Signed);
+    let textures = rig::by_hand::Textures::new(context.gl(), &view, target, encoding);
+    let mut ao = hbao::AmbientOcclusion::new(only_core.clone(), (9, 9), &rig::float_settings(1.0)).unwrap();
+    assert!(only_core.supports_debug(), "this driver cannot show the difference");
+    let of_core = |name: &std::ffi::CStr| match name.to_str() {
+        Ok(text) if names.contains(text) => context.get_proc_address(name),
+        _ => std::ptr::null(),
+    };
+    // SAFETY: the addresses are the context's own.
+    assert!(unsafe { !ao.name_passes(of_core) });
+    textures.visibility(&mut ao, &view);
+    // SAFETY: as above.
+    assert!(unsafe { ao.name_passes(|name| context.get_proc_address(name)) });
+    textures.visibility(&mut ao, &view);
 }
 
 #[test]

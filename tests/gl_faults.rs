@@ -9,8 +9,8 @@ use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{AoFormat, BlurKernel, Method, NormalFormat, Radius, SsaoDepth, Toggle};
 use hbao::{
-    AmbientOcclusion, Apply, DepthEncoding, Error, Inputs, NormalEncoding, Pipeline, Request, Settings, TextureTarget,
-    Viewport,
+    AmbientOcclusion, Apply, DepthEncoding, Destination, Error, Inputs, NormalEncoding, Output, Pipeline, Request,
+    Settings, TextureRef, TextureTarget, Viewport, Write,
 };
 use rig::by_hand::{ByHand, Textures, perspective, read_red, slope};
 use rig::faults::{self, Fault, Told};
@@ -87,10 +87,32 @@ fn view() -> ByHand {
 /// Renders as in an application's context, with textures that are not the library's.
 fn embedded(gl: &Arc<glow::Context>, (whole, textures): (&glow::Context, &Textures)) -> Result<Images, Error> {
     let settings = Settings { half_res: true, ..small(Method::Hbao) };
-    let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings)?;
+    let mut ao = AmbientOcclusion::new(gl.clone(), (4, 5), &Settings { blur: 0, ..settings.clone() })?;
+    ao.resize(SIZE)?;
     let image = ao.render(&textures.inputs)?;
-    let texels = vec![("ao", read_red(whole, image, (SIZE.0 * SIZE.1) as usize))];
+    let smaller = [SIZE.0.div_ceil(2), SIZE.1.div_ceil(2)].iter().product::<u32>();
+    let mut texels = vec![("unblurred", read_red(whole, image, smaller as usize))];
+    ao.set(&settings)?;
+    let image = ao.render(&textures.inputs)?;
+    texels.push(("ao", read_red(whole, image, (SIZE.0 * SIZE.1) as usize)));
+    let to = texture(whole);
+    let write = Write::Multiplied(0.5);
+    ao.render_into(&textures.inputs, &Output { to: Destination::Texture(to), corner: (0, 0), write })?;
+    texels.push(("multiplied", read_red(whole, to, (SIZE.0 * SIZE.1) as usize)));
     Ok(Images { texels, notices: Vec::new(), samples: 1 })
+}
+
+/// Makes a texture of one grey in an application's context.
+fn texture(gl: &glow::Context) -> TextureRef {
+    let (kind, grey) = (glow::TEXTURE_RECTANGLE, vec![128; 4 * (SIZE.0 * SIZE.1) as usize]);
+    // SAFETY: the context is current, and the bytes are those of every texel.
+    unsafe {
+        let texture = gl.create_texture().unwrap();
+        gl.bind_texture(kind, Some(texture));
+        let (data, w, h) = (glow::PixelUnpackData::Slice(Some(&grey)), SIZE.0 as i32, SIZE.1 as i32);
+        gl.tex_image_2d(kind, 0, glow::RGBA8 as i32, w, h, 0, glow::RGBA, glow::UNSIGNED_BYTE, data);
+        TextureRef { texture, target: TextureTarget::Rectangle }
+    }
 }
 
 /// Renders from a depth buffer without normals, and looks for what is wrong with them.

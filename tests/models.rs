@@ -61,8 +61,7 @@ fn hold_every_switch(name: &'static str, eye: DVec3, target: DVec3, fov_y: f64) 
     // The radii of the switches were chosen for the Cornell box, so they are scaled to this model.
     let scale = shot.radius / rig::scenes::cornell_box().radius;
     for settings in rig::every_switch() {
-        let radius = scale * settings.radius_units().unwrap();
-        let settings = Settings { radius: Radius::Units(radius), ..settings };
+        let settings = rig::scaled(&settings, scale);
         let text = format!("{name}\n{}", settings.to_toml());
         let [frame, other] = [egl, osmesa].map(|backend| {
             let context = Context::open(backend).unwrap();

@@ -129,14 +129,15 @@ fn amplifies(
         Projection::Orthographic(extents) => 2.0 * extents.half()[1],
     };
     let (_, r) = camera.ray((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
-    let radius = settings.radius_units().unwrap() / across * height as f64 / f64::from(settings.ao_scale());
+    let radius =
+        settings.radius_in(camera.projection).unwrap().at(z) / across * height as f64 / f64::from(settings.ao_scale());
     settings.method == Method::Microsphere && radius * r.length().sqrt() > 64.0
 }
 
 /// Checks one frame, pass by pass.
 fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mut Counts) -> Held {
     let settings = &batch.settings;
-    let Some((mesh, view)) = drawn.view(batch.orthographic, settings.radius_units().unwrap()) else { return Ok(()) };
+    let Some((mesh, view)) = drawn.view(batch.orthographic, settings.radius.units().unwrap()) else { return Ok(()) };
     let camera = match view.camera(&mesh, batch.size.0, batch.size.1) {
         Ok((camera, _)) => camera,
         // The random eye and target may be the same point.
@@ -200,12 +201,12 @@ fn hold_frame(pipeline: &mut Pipeline, batch: &Batch, drawn: &Drawn, counts: &mu
     let all = depth.map(|_| true);
     let expected = match samples.as_slice() {
         [] => depth.map(|_| false),
-        samples => reference::edges::edges(samples, settings).unwrap(),
+        samples => reference::edges::edges(samples, camera.projection, settings).unwrap(),
     };
     held("edges", &edges.map(one), &expected.map(one), &all, everywhere(0.0))?;
     let blurred = raw.map(f64::from);
-    let expected = reference::blur::blur(&blurred, &depth, &samples, settings).unwrap();
-    let ambiguous = reference::blur::ambiguous(&blurred, &depth, &samples, settings).unwrap();
+    let expected = reference::blur::blur(&blurred, &depth, &samples, camera.projection, settings).unwrap();
+    let ambiguous = reference::blur::ambiguous(&blurred, &depth, &samples, camera.projection, settings).unwrap();
     counts.blur_ambiguous += ambiguous.texels.iter().filter(|&&a| a).count();
     held("blurred ambient occlusion", &ao, &expected, &ambiguous.map(|a| !a), everywhere(1e-3))
 }

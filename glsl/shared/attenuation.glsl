@@ -2,13 +2,13 @@
 //
 // Compiled in: one of ATTENUATION_QUADRATIC, ATTENUATION_LINEAR and ATTENUATION_NONE.
 
-// W(r) = 1 - r^2/R^2, 1 - r/R or 1. The argument is r^2.
-float attenuation(float squared)
+// W(r) = 1 - r^2/R^2, 1 - r/R or 1. The first argument is r^2.
+float attenuation(float squared, float R)
 {
 #if defined(ATTENUATION_QUADRATIC)
-    return 1.0 - squared / (radius * radius);
+    return 1.0 - squared / (R * R);
 #elif defined(ATTENUATION_LINEAR)
-    return 1.0 - sqrt(squared) / radius;
+    return 1.0 - sqrt(squared) / R;
 #else
     return 1.0;
 #endif

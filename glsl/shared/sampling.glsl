@@ -23,7 +23,7 @@ struct Steps {
 
 Steps steps_at(Surface s)
 {
-    vec2 radius_px = radius_in_texels(s.z);
+    vec2 radius_px = radius_in_texels(s);
 #ifdef EXIT_SHORTEN
     // So many steps that none is shorter than a texel on either axis.
     float least = min(radius_px.x, radius_px.y);
@@ -105,6 +105,6 @@ Sample sample_at(Surface s, Direction d, int i)
     return result;
 }
 
-// Returns whether a sample counts: it lies within R, on a surface, and not on P's own texel. Background must be tested
+// Returns whether a sample counts: it lies within R of P, on a surface, and not on P's own texel. Background must be tested
 // for, because an R larger than all depths would include it.
-bool within(Sample S) { return S.squared <= radius * radius && S.z < background && S.taken != vec2(0.0); }
+bool within(Sample S, Surface s) { return S.squared <= s.R * s.R && S.z < background && S.taken != vec2(0.0); }

@@ -1,6 +1,7 @@
 // The surface point P of the pixel that is being shaded, its normal and its jitter.
 //
 // Compiled in, each if it applies: ORTHOGRAPHIC for an orthographic projection; JITTER_TILE if jitter is on; of
+// RADIUS_OF_DEPTH if R is in proportion to the depth of P; of
 // normals, NORMALS_RECTANGLE, NORMALS_LAYER or NORMALS_MULTISAMPLE, as DEPTH_* in fetch.glsl; NORMALS_VIEWPORT if they
 // are a part of a larger texture; NORMALS_REBUILT if the image has a texel for each texel of the target, and not for
 // each pixel; NORMALS_BIASED if components are stored as c/2 + 1/2; NORMALS_OCTAHEDRAL if two channels hold them; and
@@ -57,7 +58,7 @@ vec3 normal_at(vec2 p)
 }
 
 uniform sampler2DRect tile; // the rotation tile, 4x4 texels of (cos a, sin a, b); for ssao of unit vectors
-uniform float radius;       // R, in scene units
+uniform float radius;       // R in scene units, or at the depth 1
 uniform float strength;     // the factor of the occlusion
 
 struct Surface {
@@ -66,6 +67,7 @@ struct Surface {
     vec2 r;       // x', y' of the ray through p; 0 when orthographic
     vec3 n;       // the normal, of any length, turned towards the eye
     float facing; // -(n.r), at least 0; r is the ray (x', y', 1)
+    float R;      // the radius of influence, in scene units
     vec3 jitter;  // the tile's texel for this pixel
 };
 
@@ -89,6 +91,11 @@ Surface surface_at(vec2 p)
         s.facing = -s.facing;
         s.n = -s.n;
     }
+#ifdef RADIUS_OF_DEPTH
+    s.R = radius * s.z;
+#else
+    s.R = radius;
+#endif
 #ifdef JITTER_TILE
     s.jitter = texture(tile, mod(floor(p), 4.0) + 0.5).xyz;
 #else
@@ -97,13 +104,13 @@ Surface surface_at(vec2 p)
     return s;
 }
 
-// Returns R projected to the image at the depth z, in texels (Figure 6.2.11).
-vec2 radius_in_texels(float z)
+// Returns R projected to the image, in texels (Figure 6.2.11).
+vec2 radius_in_texels(Surface s)
 {
-#ifdef ORTHOGRAPHIC
+#if defined(ORTHOGRAPHIC) || defined(RADIUS_OF_DEPTH)
     return radius / pixel;
 #else
-    return radius / (z * pixel);
+    return radius / (s.z * pixel);
 #endif
 }
 

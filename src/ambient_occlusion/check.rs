@@ -1,12 +1,12 @@
 //! Refuses inputs with which a result could be computed, but a meaningless one.
 
 use super::inputs::{Inputs, Viewport};
-use super::programs::{InputKind, Purpose};
+use super::programs::InputKind;
 use crate::Error;
 use crate::encoding::{Curve, NormalEncoding};
 use crate::gl;
 use crate::pass::linear_depth::{SamplesInput, SamplesVariant};
-use crate::pass::method::{MethodVariant, NormalsInput, NormalsVariant};
+use crate::pass::method::{NormalsInput, NormalsVariant};
 use crate::pass::{BACKGROUND_R32F, DepthInput, ImageVariant, Part, TextureTarget};
 #[cfg(doc)]
 use crate::projection::Projection;
@@ -26,25 +26,24 @@ pub(super) struct Checked {
 }
 
 impl Checked {
-    /// Returns the properties of the inputs that programs are compiled for. `edges` says whether edges are detected.
-    pub(super) fn kind(&self, inputs: &Inputs, purpose: Purpose, edges: bool) -> InputKind {
+    /// Returns the properties of the inputs that programs are compiled for. `edges` says whether the caller asks which
+    /// pixels are edges.
+    pub(super) fn kind(&self, inputs: &Inputs, edges: bool) -> InputKind {
         let viewport = inputs.viewport.is_some();
         let depth = ImageVariant::new(inputs.depth.target, viewport);
         let multisample = matches!(inputs.depth.target, TextureTarget::Multisample(_));
         let encoded = (self.curve != Curve::Linear || multisample).then(|| (depth, self.curve.into()));
         InputKind {
+            perspective: inputs.projection.is_perspective(),
             encoded,
-            method: MethodVariant {
-                orthographic: !inputs.projection.is_perspective(),
-                depth: if encoded.is_some() { ImageVariant::RECTANGLE } else { depth },
-                normals: self.normals_variant(inputs),
-                floor: purpose == Purpose::Floor,
-            },
-            samples: self.samples.filter(|_| edges).map(|samples| SamplesVariant {
+            depth: if encoded.is_some() { ImageVariant::RECTANGLE } else { depth },
+            normals: self.normals_variant(inputs),
+            samples: self.samples.map(|samples| SamplesVariant {
                 count: samples.image.samples,
                 curve: self.curve.into(),
                 viewport,
             }),
+            edges,
         }
     }
 
@@ -66,7 +65,7 @@ pub(super) struct Precision {
 }
 
 /// What OpenGL tells of a texture.
-struct Found {
+pub(super) struct Found {
     size: (u32, u32),
     samples: u32,
     layers: u32,
@@ -79,13 +78,18 @@ struct Found {
 
 impl Found {
     /// Binds the texture to the active unit and queries it. `name` names it in errors.
-    fn of(gl: &glow::Context, name: &str, texture: glow::Texture, target: TextureTarget) -> Result<Found, Error> {
+    pub(super) fn of(
+        gl: &glow::Context,
+        name: &str,
+        texture: glow::Texture,
+        target: TextureTarget,
+    ) -> Result<Found, Error> {
         // SAFETY: the context is current.
         let exists = unsafe { gl.is_texture(texture) };
-        gl::check(gl, &format!("the {name} texture"))?;
+        check(gl, name, "")?;
         if !exists {
             return usage(format!(
-                "{name}: there is no texture {}: a renderbuffer cannot be read, attach a texture in its place",
+                "{name}: there is no texture {}: a renderbuffer is none, attach a texture in its place",
                 texture.0
             ));
         }
@@ -94,7 +98,7 @@ impl Found {
         // these are core parameters.
         let found = unsafe {
             gl.bind_texture(kind, Some(texture));
-            gl::check(gl, &format!("the {name} texture is not of the declared kind"))?;
+            check(gl, name, " is not of the declared kind")?;
             let parameter = |parameter| gl.get_tex_level_parameter_i32(kind, 0, parameter);
             let count = |value: i32| value.max(0) as u32;
             Found {
@@ -108,7 +112,7 @@ impl Found {
                 blue_bits: parameter(glow::TEXTURE_BLUE_SIZE),
             }
         };
-        gl::check(gl, &format!("the {name} texture's size"))?;
+        check(gl, name, "'s size")?;
         match target {
             TextureTarget::Layer(layer) if layer >= found.layers => {
                 return usage(format!("{name}: there is no layer {layer}, the texture has {}", found.layers));
@@ -126,7 +130,12 @@ impl Found {
     }
 
     /// Returns which part of the texture the view is, or an error if it does not fit. `size` is the size of the view.
-    fn part(&self, name: &str, viewport: Option<Viewport>, (w, h): (u32, u32)) -> Result<Option<Part>, Error> {
+    pub(super) fn part(
+        &self,
+        name: &str,
+        viewport: Option<Viewport>,
+        (w, h): (u32, u32),
+    ) -> Result<Option<Part>, Error> {
         let (width, height) = self.size;
         match viewport {
             None if self.size == (w, h) => Ok(None),
@@ -165,7 +174,16 @@ impl Found {
     }
 }
 
-fn usage<T>(what: String) -> Result<T, Error> {
+/// Returns an OpenGL error, if there is one, at the place "the NAME texture" and what follows. The place is put
+/// together only if there is one, because nothing is allocated in a frame without errors.
+fn check(gl: &glow::Context, name: &str, then: &str) -> Result<(), Error> {
+    match gl::error(gl) {
+        None => Ok(()),
+        Some(code) => Err(gl::described(&format!("the {name} texture{then}"), code)),
+    }
+}
+
+pub(super) fn usage<T>(what: String) -> Result<T, Error> {
     Err(Error::Usage(what))
 }
 
@@ -178,7 +196,7 @@ fn reads_stencil(gl: &glow::Context, name: &str, target: TextureTarget) -> Resul
     }
     // SAFETY: the context is current, and the texture bound.
     let mode = unsafe { gl.get_tex_parameter_i32(target.gl(), glow::DEPTH_STENCIL_TEXTURE_MODE) };
-    gl::check(gl, &format!("the {name} texture's mode"))?;
+    check(gl, name, "'s mode")?;
     Ok(mode as u32 == glow::STENCIL_INDEX)
 }
 

@@ -6,8 +6,8 @@ use super::evidence::{Evidence, score};
 use super::inputs::Inputs;
 use crate::Error;
 use crate::encoding::Curve;
-use crate::gl;
 use crate::gl::state::SavedState;
+use crate::gl::{self, ProgramCache};
 use crate::pass::inspect::Inspect;
 use crate::pass::linear_depth::LinearDepth;
 use crate::pass::rebuilt_normals::RebuiltNormals;
@@ -129,7 +129,7 @@ impl AmbientOcclusion {
     pub fn diagnose(&self, inputs: &Inputs) -> Result<Vec<Finding>, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, super::PENDING)?;
-        let state = SavedState::save(&gl, self.targets.first().map(|target| &target.framebuffer))?;
+        let state = SavedState::save(&gl, self.images.ao.first().map(|target| &target.canvas.framebuffer))?;
         state.put_back_after(&gl, || {
             let checked = inputs.check(&gl, self.size, self.settings.method)?;
             let seen = self.evidence(inputs, &checked, checked.curve)?;
@@ -147,12 +147,19 @@ impl AmbientOcclusion {
     fn evidence(&self, inputs: &Inputs, checked: &Checked, curve: Curve) -> Result<Evidence, Error> {
         let (gl, full_screen) = (&self.gl, &self.full_screen);
         let caller = ImageVariant::new(inputs.depth.target, inputs.viewport.is_some());
-        let linear = LinearDepth::new(gl, caller, curve.into(), self.size)?;
-        let depth = linear.draw(full_screen, &checked.depth, curve);
+        let programs = &mut ProgramCache::new(gl);
+        let image = LinearDepth::canvas(gl, self.size)?;
+        let linear = LinearDepth::new(programs, caller, curve.into())?;
+        let depth = linear.draw(full_screen, &image, &checked.depth, curve);
         let orthographic = !inputs.projection.is_perspective();
         let grid = Grid { full: self.size, scale: [1, 1] };
-        let rebuilt = RebuiltNormals::new(gl, ImageVariant::RECTANGLE, orthographic, grid, None)?;
-        rebuilt.draw(full_screen, &depth, inputs.projection);
+        let rebuilt = RebuiltNormals::canvas(gl, grid, None)?;
+        RebuiltNormals::new(programs, ImageVariant::RECTANGLE, orthographic, grid.scale)?.draw(
+            full_screen,
+            (&rebuilt, grid),
+            &depth,
+            inputs.projection,
+        );
         let inspect = Inspect::new(gl, ImageVariant::RECTANGLE, checked.normals_variant(inputs), self.size)?;
         inspect.draw(full_screen, &depth, checked.normals.as_ref());
         gl::check(gl, "inspect")?;
@@ -262,8 +269,8 @@ impl AmbientOcclusion {
         }
         let share =
             |holds: &dyn Fn(f64) -> bool| seen.covered().filter(|&i| holds(seen.depth[i])).count() as f64 / covered;
-        let [x, y] = self.settings.radius_in_texels(inputs.projection, self.size)?;
-        let texels = |z: f64| x.min(y) / if inputs.projection.is_perspective() { z } else { 1.0 };
+        let radius_px = self.settings.radius_px(inputs.projection, self.size)?;
+        let texels = |z: f64| radius_px.least(z);
         let exit = self.exit_depth(inputs.projection);
         let scale = f64::from(self.settings.ao_scale());
         let picture = f64::from(self.size.0.max(self.size.1)) / scale;

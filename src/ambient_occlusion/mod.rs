@@ -4,31 +4,37 @@ mod check;
 mod diagnose;
 mod evidence;
 mod inputs;
+mod output;
 mod plan;
 mod programs;
 mod targets;
 
 pub use diagnose::Finding;
 pub use inputs::{Inputs, Viewport};
+pub use output::{Destination, Output, Write};
 pub(crate) use programs::Purpose;
 
 use crate::Error;
 use crate::gl::state::SavedState;
-use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
+use crate::gl::{self, DebugGroups, ProgramCache, Texture, Timers};
 use crate::image::Image;
 use crate::pass::method::{MethodView, NormalsInput};
-use crate::pass::{FullScreen, Grid, TextureRef};
+use crate::pass::{FullScreen, TextureRef};
 use crate::projection::Projection;
-use crate::settings::{AoFormat, DepthSigma, MethodBlur, Settings};
+use crate::settings::{Length, MethodBlur, Settings};
 use glow::HasContext;
-use plan::Plan;
+use output::Writer;
 use programs::{InputKind, Programs};
+use std::ffi::{CStr, c_void};
 use std::sync::Arc;
-use targets::{AoTarget, COVERED, EDGE, mark, only_where, read};
+use targets::{AoTarget, COVERED, EDGE, Images, mark, only_where, read, same_images};
 
 /// The name of the place that is given in OpenGL errors that were recorded before a call. Without it, an error of the
 /// application would seem to come from this library.
 const PENDING: &str = "an error left by the application before ambient occlusion";
+
+/// The most kinds of inputs whose programs are kept. An application rarely has more than two.
+const KINDS: usize = 8;
 
 /// The results that a run keeps besides ambient occlusion itself.
 #[derive(Clone, Copy, Default)]
@@ -61,32 +67,33 @@ pub(crate) struct Kept {
 /// - Active queries of samples, primitives or elapsed time also count the passes.
 /// - A program that was deleted while it was in use ceases to exist during the call, as after any change of the program
 ///   in use.
+///
+/// Once two frames of a kind have been rendered, further ones allocate no memory in this library.
 pub struct AmbientOcclusion {
     gl: Arc<glow::Context>,
     settings: Settings,
-    radius: f64,
-    depth_sigma: DepthSigma,
     size: (u32, u32),
     purpose: Purpose,
     full_screen: FullScreen,
-    /// The images that the passes draw into. Each has a stencil with the bit [`COVERED`] at pixels that hold a surface,
-    /// and the bit [`EDGE`] at edge pixels. Targets of the same size share one stencil.
-    targets: Vec<AoTarget>,
-    /// The index of the target that holds the result.
-    last: usize,
+    images: Images,
+    cache: ProgramCache,
+    /// The programs of the present settings, for each kind of inputs so far.
     programs: Vec<Programs>,
     /// The index of the programs of the last run.
     current: usize,
+    /// What [`AmbientOcclusion::render_into`] writes with; made at its first call.
+    writer: Option<Writer>,
+    groups: Option<DebugGroups>,
 }
 
 impl AmbientOcclusion {
-    /// Allocates the textures and framebuffers for images of `size` (width, height) pixels. Shaders are compiled later,
-    /// at the first [`AmbientOcclusion::render`] of each kind of inputs.
+    /// Allocates the textures and framebuffers for images of `size` (width, height) pixels. Shaders are compiled later:
+    /// by [`AmbientOcclusion::prepare`], or at the first [`AmbientOcclusion::render`] of each kind of inputs.
     ///
     /// # Errors
     /// [`Error::Usage`] for a setting out of range, a radius in percent, or a size that the driver cannot render.
-    /// [`Error::Gl`] if the driver refuses an allocation, if transform feedback is active, or if an OpenGL error is
-    /// pending.
+    /// [`Error::Context`] for a context of OpenGL ES, or of a version before 3.3. [`Error::Gl`] if the driver refuses an
+    /// allocation, if transform feedback is active, or if an OpenGL error is pending.
     pub fn new(gl: Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<AmbientOcclusion, Error> {
         AmbientOcclusion::build(gl, size, settings, Purpose::Visibility)
     }
@@ -112,67 +119,125 @@ impl AmbientOcclusion {
         settings: &Settings,
         purpose: Purpose,
     ) -> Result<AmbientOcclusion, Error> {
-        settings.validate()?;
+        let settings = used(settings, purpose)?;
+        gl::check_version(&gl)?;
         gl::check(&gl, PENDING)?;
         gl::check_size(&gl, size.0, size.1)?;
-        let mut settings = settings.clone();
-        if matches!(purpose, Purpose::Floor | Purpose::Edges) {
-            settings.blur = 0;
-        }
         let state = SavedState::save(&gl, None)?;
         state.put_back_after(&gl.clone(), || {
-            let mut ao = AmbientOcclusion {
-                radius: settings.radius_read()?,
-                // A method without a blur, whose A is 1 everywhere, needs no depth sigma. Therefore it needs no radius
-                // either, from which the sigma would follow.
-                depth_sigma: match (settings.method.facts().blur, purpose) {
-                    (MethodBlur::None, Purpose::Visibility) => settings.depth_sigma().unwrap_or(DepthSigma::Units(0.0)),
-                    _ => settings.depth_sigma()?,
-                },
+            Ok(AmbientOcclusion {
+                full_screen: FullScreen::new(&gl)?,
+                images: Images::new(&gl, size, &settings)?,
+                cache: ProgramCache::new(&gl),
                 settings,
                 size,
                 purpose,
-                full_screen: FullScreen::new(&gl)?,
-                targets: Vec::new(),
-                last: 0,
                 programs: Vec::new(),
                 current: 0,
+                writer: None,
+                groups: None,
                 gl,
-            };
-            ao.allocate(&Plan::new(&ao.settings, false))?;
-            Ok(ao)
+            })
         })
     }
 
-    /// Makes those targets of the plan that do not exist yet. All plans for the same settings begin with the same
-    /// targets.
-    fn allocate(&mut self, plan: &Plan) -> Result<(), Error> {
-        let format = match self.settings.ao_format {
-            AoFormat::R8 => Format::R8,
-            AoFormat::R16f => Format::R16f,
-            AoFormat::R32f => Format::R32f,
-        };
-        for (i, &scale) in plan.scales.iter().enumerate().skip(self.targets.len()) {
-            let grid = Grid { full: self.size, scale };
-            let (gl, size) = (&self.gl, grid.size());
-            let place = |object| format!("{}: {object}", ["ao", "blur", "blurred"][i]);
-            let stencil = match self.targets.iter().find(|target| target.grid == grid) {
-                Some(target) => target.stencil.clone(),
-                None => Arc::new(Renderbuffer::new(gl, &place("stencil"), glow::DEPTH24_STENCIL8, size, 0)?),
-            };
-            let texture = Texture::new(gl, &place("image"), format, size.0, size.1)?;
-            let attachment = Some((glow::DEPTH_STENCIL_ATTACHMENT, &*stencil));
-            let framebuffer = Target::new(gl, &place("framebuffer"), &[&texture], attachment, size)?;
-            self.targets.push(AoTarget { grid, texture, framebuffer, stencil });
+    /// Returns the settings.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Returns the size (width, height) in pixels of the images that are rendered.
+    #[must_use]
+    pub fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// Changes the settings. Returns whether shaders were compiled, which takes some hundred milliseconds; they are
+    /// compiled for inputs like those of the last call.
+    ///
+    /// The radius, the strength, the bias and the depth sigma of the blur are numbers that the shaders read: changing
+    /// them costs nothing, unless the bias becomes 0 or ceases to be, or the radius changes from one kind to another.
+    /// All other settings are compiled into the shaders. Compiled shaders are kept when the settings change, up to 32 of
+    /// them, so that going back to earlier settings compiles nothing.
+    ///
+    /// # Errors
+    /// The same as for [`AmbientOcclusion::new`]. The settings are then the earlier ones.
+    pub fn set(&mut self, settings: &Settings) -> Result<bool, Error> {
+        let settings = used(settings, self.purpose)?;
+        if self.settings.same_shaders(&settings) {
+            self.settings = settings;
+            return Ok(false);
         }
+        let compiled = self.cache.compiled();
+        let earlier = self.in_own_state(|ao| {
+            let kind = ao.programs.get(ao.current).map(|programs| programs.kind);
+            let programs = kind.map(|kind| Programs::new(&mut ao.cache, &settings, ao.purpose, kind)).transpose()?;
+            let images = match same_images(&ao.settings, &settings) {
+                true => None,
+                false => Some(Images::new(&ao.gl, ao.size, &settings)?),
+            };
+            ao.settings = settings;
+            ao.programs = programs.into_iter().collect();
+            ao.current = 0;
+            Ok(images.map(|images| std::mem::replace(&mut ao.images, images)))
+        })?;
+        // The application may have bound an earlier image, which is deleted only now that its state is restored.
+        drop(earlier);
+        Ok(self.cache.compiled() > compiled)
+    }
+
+    /// Changes the size (width, height) in pixels of the images that are rendered. No shader is compiled.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a size that the driver cannot render, and [`Error::Gl`] as for [`AmbientOcclusion::new`].
+    /// The size is then the earlier one.
+    pub fn resize(&mut self, size: (u32, u32)) -> Result<(), Error> {
+        if size == self.size {
+            return Ok(());
+        }
+        let earlier = self.in_own_state(|ao| {
+            gl::check_size(&ao.gl, size.0, size.1)?;
+            let images = Images::new(&ao.gl, size, &ao.settings)?;
+            ao.size = size;
+            Ok(std::mem::replace(&mut ao.images, images))
+        })?;
+        // As in `set`.
+        drop(earlier);
         Ok(())
+    }
+
+    /// Compiles the shaders and allocates the images that inputs like these need, so that no later frame waits for
+    /// them: for use while an application loads. The textures need no contents yet. It renders a frame and waits for
+    /// it, because some drivers compile a shader when something is first drawn with it.
+    ///
+    /// # Errors
+    /// The same as for [`AmbientOcclusion::render`].
+    pub fn prepare(&mut self, inputs: &Inputs) -> Result<(), Error> {
+        self.render(inputs)?;
+        // SAFETY: the context is current.
+        unsafe { self.gl.finish() };
+        Ok(())
+    }
+
+    /// Names the passes for debuggers such as RenderDoc and apitrace: each pass becomes a debug group of its own.
+    /// `load` returns the address of an OpenGL function, or null; it is the function that the application's `glow`
+    /// context was made with. Returns whether the passes are named: that needs `glPushDebugGroup`, which OpenGL has
+    /// since version 4.3 or by `GL_KHR_debug`.
+    ///
+    /// # Safety
+    /// Every address that `load` returns must be that of the function of this name in this context.
+    pub unsafe fn name_passes(&mut self, load: impl FnMut(&CStr) -> *const c_void) -> bool {
+        // SAFETY: the caller's promise is the same.
+        self.groups = unsafe { DebugGroups::load(&self.gl, load) };
+        self.groups.is_some()
     }
 
     /// Returns the depth beyond which the method exits early, so that visibility is 1 at all farther surfaces, for
     /// inputs with this projection. It is infinite if the method exits nowhere. See [`Settings::exit_depth`].
     #[must_use]
     pub fn exit_depth(&self, projection: Projection) -> f64 {
-        // The radius was in scene units when this object was made, so there is no error.
+        // The radius needed no scene when these settings were set, so there is no error.
         self.settings.exit_depth(projection, self.size).unwrap_or(f64::INFINITY)
     }
 
@@ -180,9 +245,9 @@ impl AmbientOcclusion {
     /// Background is 1. The result is in the red channel of the returned rectangle texture, to be read through a
     /// `sampler2DRect` at `gl_FragCoord.xy`.
     ///
-    /// The texture has the size that this object was made for. At half resolution without a blur, which would bring it
-    /// to full size, it has half the width and height, rounded up. The texture belongs to this object, and its contents
-    /// are valid until the next call.
+    /// The texture has the size that was set. At half resolution without a blur, which would bring it to full size, it
+    /// has half the width and height, rounded up. The texture belongs to this object, and its contents are valid until
+    /// the next call.
     ///
     /// # Errors
     /// [`Error::Usage`] for inputs that cannot be right: a texture of another size or number of samples than declared,
@@ -207,12 +272,42 @@ impl AmbientOcclusion {
         Ok(self.texture().into())
     }
 
+    /// Computes the ambient occlusion of the inputs as [`AmbientOcclusion::render`] does, and writes it to an image of
+    /// the caller: visibility itself, or what is there multiplied by it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an output that cannot be written: a framebuffer with several draw buffers, which would lose
+    /// the contents of the others, a texture that the view does not fit into, a texture that is also read, or a share
+    /// outside [0, 1]. [`Error::Gl`] for a framebuffer that is not complete, or a texture that cannot be drawn to.
+    /// Otherwise the same as for [`AmbientOcclusion::render`].
+    pub fn render_into(&mut self, inputs: &Inputs, output: &Output) -> Result<(), Error> {
+        let mut timers = Timers::new(&self.gl, false)?;
+        // SAFETY: the context is current.
+        let srgb = unsafe { self.gl.is_enabled(glow::FRAMEBUFFER_SRGB) };
+        timers.groups = self.groups;
+        self.in_own_state(|ao| {
+            ao.passes(inputs, &mut timers, Extras::default())?;
+            let (gl, full_screen) = (&ao.gl, &ao.full_screen);
+            let writer = match ao.writer.take() {
+                Some(writer) => writer,
+                None => Writer::new(gl)?,
+            };
+            let visibility = &ao.images.ao[ao.programs[ao.current].plan.last()].canvas.texture;
+            let written = timers.pass("apply", || {
+                writer.write(&mut ao.cache, full_screen, (visibility, ao.size), inputs, output, srgb)
+            });
+            ao.writer = Some(writer);
+            written
+        })
+    }
+
     /// Returns the linear depth that the last call of [`AmbientOcclusion::render`] made from encoded or multisample
     /// depth: a rectangle texture in R32F, [`BACKGROUND_R32F`](crate::BACKGROUND_R32F) on background. `None` if the
     /// caller's depth was linear already. Like the result, it is valid until the next call.
     #[must_use]
     pub fn linear_depth(&self) -> Option<TextureRef> {
-        self.programs.get(self.current)?.linear_depth.as_ref().map(|pass| (&pass.texture).into())
+        self.programs.get(self.current)?.linear_depth.as_ref()?;
+        self.images.linear_depth.as_ref().map(|image| (&image.texture).into())
     }
 
     /// Returns the normals that the last call of [`AmbientOcclusion::render`] rebuilt from depth: a rectangle texture
@@ -221,45 +316,53 @@ impl AmbientOcclusion {
     /// result, it is valid until the next call.
     #[must_use]
     pub fn rebuilt_normals(&self) -> Option<TextureRef> {
-        self.programs.get(self.current)?.rebuilt_normals.as_ref().map(|pass| (&pass.texture).into())
+        self.programs.get(self.current)?.rebuilt_normals.as_ref()?;
+        self.images.rebuilt_normals.as_ref().map(|image| (&image.texture).into())
     }
 
     /// Runs the passes, and reads back what `extras` asks for.
     pub(crate) fn run(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
+        timers.groups = self.groups;
+        self.in_own_state(|ao| ao.passes(inputs, timers, extras))
+    }
+
+    /// Runs `run` in the OpenGL state that passes expect, and restores the application's afterwards.
+    fn in_own_state<T>(&mut self, run: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
         let gl = self.gl.clone();
         gl::check(&gl, PENDING)?;
-        let state = SavedState::save(&gl, self.targets.first().map(|target| &target.framebuffer))?;
-        state.put_back_after(&gl, || self.passes(inputs, timers, extras))
+        let state = SavedState::save(&gl, self.images.ao.first().map(|target| &target.canvas.framebuffer))?;
+        state.put_back_after(&gl, || run(self))
     }
 
     fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
         let checked = inputs.check(&gl, self.size, self.settings.method)?;
-        // Edges are detected if the blur treats them separately, or if the caller asks for them.
-        let edges = plan::supersamples(&self.settings) || extras.edges;
-        self.current = self.programs_for(checked.kind(inputs, self.purpose, edges))?;
-        let (programs, full_screen, targets) = (&self.programs[self.current], &self.full_screen, &self.targets);
-        self.last = programs.plan.last();
-        let last = &targets[self.last];
+        let settings = &self.settings;
+        let radius = settings.radius_read(inputs.projection)?;
+        let sigma = self.depth_sigma(inputs.projection)?;
+        self.current = self.programs_for(checked.kind(inputs, extras.edges))?;
+        let (programs, full_screen, images) = (&self.programs[self.current], &self.full_screen, &self.images);
+        let targets = &images.ao;
+        let last = &targets[programs.plan.last()];
         let mut kept = Kept::default();
 
         let mut depth = checked.depth;
-        if let Some(linear_depth) = &programs.linear_depth {
+        if let (Some(linear_depth), Some(image)) = (&programs.linear_depth, &images.linear_depth) {
             timers.pass("linear_depth", || {
                 // This target has no stencil: background is not known before this pass.
-                depth = linear_depth.draw(full_screen, &checked.depth, checked.curve);
+                depth = linear_depth.draw(full_screen, image, &checked.depth, checked.curve);
                 Ok(())
             })?;
         }
         timers.pass("background", || {
             // Every target is cleared to 1, the value of background. The stencil keeps every pass away from background.
             for target in &targets[..programs.plan.scales.len()] {
-                target.framebuffer.bind();
+                target.canvas.framebuffer.bind();
                 // SAFETY: the context is current.
                 unsafe { gl.clear_buffer_f32_slice(glow::COLOR, 0, &[1.0; 4]) };
             }
             for (target, background) in &programs.stencils {
-                targets[*target].framebuffer.bind();
+                targets[*target].canvas.framebuffer.bind();
                 // SAFETY: the context is current.
                 unsafe {
                     gl.stencil_mask(0xff);
@@ -269,29 +372,29 @@ impl AmbientOcclusion {
             }
             Ok(())
         })?;
-        if let Some(half_depth) = &programs.half_depth {
+        if let (Some(half_depth), Some(image)) = (&programs.half_depth, &images.half_depth) {
             timers.pass("half_depth", || {
                 // This target has no stencil, so background is drawn too.
-                half_depth.draw(full_screen, &depth);
+                half_depth.draw(full_screen, image, &depth);
                 Ok(())
             })?;
         }
         let mut normals = checked.normals;
-        if let Some(rebuilt) = &programs.rebuilt_normals {
+        if let (Some(rebuilt), Some(image)) = (&programs.rebuilt_normals, &images.rebuilt_normals) {
             timers.pass("rebuilt_normals", || {
                 only_where(&gl, COVERED, COVERED);
-                rebuilt.draw(full_screen, &depth, inputs.projection);
-                normals = Some(NormalsInput { image: (&rebuilt.texture).into(), part: None, to_eye: None });
+                rebuilt.draw(full_screen, (image, targets[0].grid), &depth, inputs.projection);
+                normals = Some(NormalsInput { image: (&image.texture).into(), part: None, to_eye: None });
                 Ok(())
             })?;
         }
         if let Some(ao) = &programs.ao {
             timers.pass("ao", || {
-                targets[0].framebuffer.bind();
+                targets[0].canvas.framebuffer.bind();
                 only_where(&gl, COVERED, COVERED);
                 let view =
                     MethodView { grid: targets[0].grid, projection: inputs.projection, near: inputs.near_plane() };
-                ao.draw(full_screen, &depth, normals.as_ref(), view, self.radius, &self.settings);
+                ao.draw(full_screen, &depth, normals.as_ref(), view, radius, &self.settings);
                 Ok(())
             })?;
         }
@@ -300,27 +403,27 @@ impl AmbientOcclusion {
         }
         if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, &checked.samples, programs.plan.full()) {
             timers.pass("edges", || {
-                targets[full].framebuffer.bind();
-                mark(&gl, EDGE, || edges.draw(full_screen, samples, depth.background, self.depth_sigma));
+                targets[full].canvas.framebuffer.bind();
+                mark(&gl, EDGE, || edges.draw(full_screen, samples, depth.background, sigma));
                 Ok(())
             })?;
         }
         for (step, blur) in &programs.blurs {
             let (from, to) = (&targets[step.from], &targets[step.to]);
             timers.pass(step.name, || {
-                to.framebuffer.bind();
+                to.canvas.framebuffer.bind();
                 // The last pass leaves edge pixels out if a pass of their own draws them afterwards.
-                let left_out = if programs.blur_edges.is_some() && step.to == self.last { EDGE } else { 0 };
+                let left_out = if programs.blur_edges.is_some() && step.to == programs.plan.last() { EDGE } else { 0 };
                 only_where(&gl, COVERED, COVERED | left_out);
-                blur.draw(full_screen, &from.texture, &depth, None, self.depth_sigma);
+                blur.draw(full_screen, &from.canvas.texture, &depth, None, sigma);
                 Ok(())
             })?;
         }
         if let Some((step, blur)) = &programs.blur_edges {
             timers.pass(step.name, || {
-                last.framebuffer.bind();
+                last.canvas.framebuffer.bind();
                 only_where(&gl, EDGE, EDGE);
-                blur.draw(full_screen, &targets[step.from].texture, &depth, checked.samples.as_ref(), self.depth_sigma);
+                blur.draw(full_screen, &targets[step.from].canvas.texture, &depth, checked.samples.as_ref(), sigma);
                 Ok(())
             })?;
         }
@@ -328,6 +431,7 @@ impl AmbientOcclusion {
             let (width, height) = (self.size.0 as usize, self.size.1 as usize);
             let texels = match (&programs.edges, programs.plan.full()) {
                 (Some(_), Some(full)) => targets[full]
+                    .canvas
                     .framebuffer
                     .read_stencil("edges: reading them back")?
                     .iter()
@@ -340,26 +444,67 @@ impl AmbientOcclusion {
         Ok(kept)
     }
 
+    /// Returns the depth sigma of the blur.
+    fn depth_sigma(&self, projection: Projection) -> Result<Length, Error> {
+        let sigma = self.settings.depth_sigma(projection);
+        // A method without a blur, whose A is 1 everywhere, needs no depth sigma. Therefore it needs no radius either,
+        // from which the sigma would follow.
+        match (self.settings.method.facts().blur, self.purpose) {
+            (MethodBlur::None, Purpose::Visibility) => sigma.or(Ok(Length::Units(0.0))),
+            _ => sigma,
+        }
+    }
+
     /// Reads back the result of the last run: ambient occlusion after the blur, if there is one.
     pub(crate) fn image(&self) -> Result<Image<f32>, Error> {
-        read(&self.targets[self.last])
+        read(self.last())
     }
 
     /// Returns the texture that [`AmbientOcclusion::image`] reads.
     pub(crate) fn texture(&self) -> &Texture {
-        &self.targets[self.last].texture
+        &self.last().canvas.texture
     }
 
-    /// Returns the index of the programs for a kind of inputs. The programs are compiled if they do not exist yet.
-    fn programs_for(&mut self, kind: InputKind) -> Result<usize, Error> {
-        if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
-            return Ok(found);
-        }
-        let mut programs = Programs::new(&self.gl, &self.settings, self.purpose, self.size, kind)?;
-        self.allocate(&programs.plan)?;
-        let drawn = &self.targets[0];
-        programs.add_rebuilt_normals(&self.gl, &self.settings, drawn.grid, &drawn.stencil)?;
-        self.programs.push(programs);
-        Ok(self.programs.len() - 1)
+    /// Returns the image that holds the result of the last run.
+    fn last(&self) -> &AoTarget {
+        &self.images.ao[self.programs.get(self.current).map_or(0, |programs| programs.plan.last())]
     }
+
+    /// Returns the index of the programs for a kind of inputs. The programs are compiled, and the images that they draw
+    /// into are made, if they do not exist yet.
+    fn programs_for(&mut self, kind: InputKind) -> Result<usize, Error> {
+        let index = match self.programs.iter().position(|programs| programs.kind == kind) {
+            Some(found) => found,
+            None => {
+                let programs = Programs::new(&mut self.cache, &self.settings, self.purpose, kind)?;
+                if self.programs.len() == KINDS {
+                    self.programs.remove(0);
+                }
+                self.programs.push(programs);
+                self.programs.len() - 1
+            }
+        };
+        self.images.complete(&self.gl, self.size, &self.settings, &self.programs[index])?;
+        Ok(index)
+    }
+}
+
+/// Checks settings, and returns those that serve the purpose.
+///
+/// # Errors
+/// [`Error::Usage`] for a setting out of range, and for a radius in percent, if something reads it.
+fn used(settings: &Settings, purpose: Purpose) -> Result<Settings, Error> {
+    settings.validate()?;
+    let mut settings = settings.clone();
+    if matches!(purpose, Purpose::Floor | Purpose::Edges) {
+        settings.blur = 0;
+    }
+    let sigma_follows = match settings.method.facts().blur {
+        MethodBlur::Gaussian => settings.blur_depth_sigma.is_none(),
+        MethodBlur::Crysis | MethodBlur::None => false,
+    };
+    if sigma_follows || settings.method.reads("radius") {
+        settings.check_radius()?;
+    }
+    Ok(settings)
 }

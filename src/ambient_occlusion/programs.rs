@@ -1,8 +1,9 @@
 //! The shader programs for one kind of inputs.
 
-use super::plan::{Plan, Step};
+use super::plan::{Plan, Step, supersamples};
 use crate::Error;
-use crate::gl::Renderbuffer;
+use crate::gl::ProgramCache;
+use crate::pass::ImageVariant;
 use crate::pass::background::Background;
 use crate::pass::blur::{Blur, BlurVariant};
 use crate::pass::edges::Edges;
@@ -10,9 +11,7 @@ use crate::pass::half_depth::HalfDepth;
 use crate::pass::linear_depth::{CurveVariant, LinearDepth, SamplesVariant};
 use crate::pass::method::{MethodPass, MethodVariant, NormalsVariant, reads_half_depth, reads_normals};
 use crate::pass::rebuilt_normals::RebuiltNormals;
-use crate::pass::{Grid, ImageVariant};
 use crate::settings::Settings;
-use std::sync::Arc;
 
 /// The result that an [`AmbientOcclusion`](super::AmbientOcclusion) computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +30,16 @@ pub(crate) enum Purpose {
 /// The properties of inputs that programs are compiled for.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct InputKind {
+    pub(super) perspective: bool,
     /// The kind and encoding of the caller's depth, if it must be made linear before the other passes read it.
     pub(super) encoded: Option<(ImageVariant, CurveVariant)>,
-    pub(super) method: MethodVariant,
-    /// The depth samples of the pixels, if edges are detected from them.
+    /// The linear depth that the passes read: the caller's, or that which was made from it.
+    pub(super) depth: ImageVariant,
+    pub(super) normals: NormalsVariant,
+    /// The depth samples of the pixels, if there are several.
     pub(super) samples: Option<SamplesVariant>,
+    /// Whether the caller asks which pixels are edges.
+    pub(super) edges: bool,
 }
 
 /// The programs for one kind of inputs.
@@ -59,53 +63,52 @@ pub(super) struct Programs {
 }
 
 impl Programs {
+    /// Compiles the programs, those that `cache` does not have. Changes bindings.
     pub(super) fn new(
-        gl: &Arc<glow::Context>,
+        cache: &mut ProgramCache,
         settings: &Settings,
         purpose: Purpose,
-        size: (u32, u32),
         kind: InputKind,
     ) -> Result<Programs, Error> {
-        let plan = Plan::new(settings, kind.samples.is_some());
-        let depth = kind.method.depth;
+        let InputKind { perspective, depth, normals, .. } = kind;
+        // Edges are detected if the blur treats them separately, or if the caller asks for them.
+        let samples = kind.samples.filter(|_| kind.edges || supersamples(settings));
+        let plan = Plan::new(settings, samples.is_some());
+        let method = MethodVariant {
+            orthographic: !perspective,
+            radius_of_depth: settings.radius_of_depth(perspective),
+            depth,
+            normals,
+            floor: purpose == Purpose::Floor,
+        };
         let ao = match purpose {
             Purpose::Edges | Purpose::Blur => None,
-            Purpose::Visibility | Purpose::Floor => MethodPass::new(gl, settings, kind.method)?,
+            Purpose::Visibility | Purpose::Floor => MethodPass::new(cache, settings, method)?,
         };
         let mut stencils = Vec::new();
         for (i, scale) in plan.scales.iter().enumerate() {
-            let masked = ao.is_some() || !plan.steps.is_empty() || kind.samples.is_some();
+            let masked = ao.is_some() || !plan.steps.is_empty() || samples.is_some();
             if masked && !plan.scales[..i].contains(scale) {
-                stencils.push((i, Background::new(gl, depth, *scale)?));
+                stencils.push((i, Background::new(cache, depth, *scale)?));
             }
         }
-        let blur = |step: Step, samples| {
+        let sigma_of_depth = settings.sigma_of_depth(perspective);
+        let mut blur = |step: Step, samples| {
             let (from, to) = (plan.scales[step.from], plan.scales[step.to]);
-            Ok((step, Blur::new(gl, BlurVariant { kernel: step.kernel, depth, from, to, samples })?))
+            let variant = BlurVariant { kernel: step.kernel, depth, from, to, sigma_of_depth, samples };
+            Ok((step, Blur::new(cache, variant)?))
         };
         let blurs = plan.steps.iter().map(|&step| blur(step, None)).collect::<Result<_, Error>>()?;
-        let blur_edges = plan.edges.map(|step| blur(step, kind.samples)).transpose()?;
-        let edges = kind.samples.map(|samples| Edges::new(gl, samples)).transpose()?;
+        let blur_edges = plan.edges.map(|step| blur(step, samples)).transpose()?;
+        let edges = samples.map(|samples| Edges::new(cache, samples)).transpose()?;
         let half_depth =
-            if reads_half_depth(settings) && ao.is_some() { Some(HalfDepth::new(gl, depth, size)?) } else { None };
-        let linear_depth = kind.encoded.map(|(depth, curve)| LinearDepth::new(gl, depth, curve, size)).transpose()?;
-        let rebuilt_normals = None;
+            if reads_half_depth(settings) && ao.is_some() { Some(HalfDepth::new(cache, depth)?) } else { None };
+        let linear_depth = kind.encoded.map(|(depth, curve)| LinearDepth::new(cache, depth, curve)).transpose()?;
+        let rebuilt_normals = if normals == NormalsVariant::Rebuilt && ao.is_some() && reads_normals(settings) {
+            Some(RebuiltNormals::new(cache, depth, !perspective, plan.scales[0])?)
+        } else {
+            None
+        };
         Ok(Programs { kind, plan, linear_depth, rebuilt_normals, stencils, ao, half_depth, edges, blurs, blur_edges })
-    }
-
-    /// Makes the pass that rebuilds normals, if the method reads any and the caller has none. The grid and the stencil
-    /// are those of the method's target, which exists only after the plan was made.
-    pub(super) fn add_rebuilt_normals(
-        &mut self,
-        gl: &Arc<glow::Context>,
-        settings: &Settings,
-        grid: Grid,
-        stencil: &Renderbuffer,
-    ) -> Result<(), Error> {
-        let MethodVariant { depth, normals, orthographic, .. } = self.kind.method;
-        if normals == NormalsVariant::Rebuilt && self.ao.is_some() && reads_normals(settings) {
-            self.rebuilt_normals = Some(RebuiltNormals::new(gl, depth, orthographic, grid, Some(stencil))?);
-        }
-        Ok(())
     }
 }

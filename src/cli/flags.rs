@@ -200,11 +200,11 @@ pub(crate) fn read_truth_rays(matches: &ArgMatches) -> Result<u32, Error> {
 /// Returns the methods whose default for this setting differs from that of the default method, each with its own
 /// default: `hbao-talk linear`.
 fn own_defaults(knob: &'static Knob) -> impl Iterator<Item = String> {
-    let of = move |method: Method| knob.text(&Settings::for_method(method));
+    let of = move |method: Method| knob.text(&Settings::for_scene(method));
     // The setting `method` is left out: its value is the method's name, which always differs.
     let methods = Method::ALL.iter().filter(move |_| knob.name != "method");
     methods
-        .filter(move |&&method| of(method) != knob.text(&Settings::default()))
+        .filter(move |&&method| of(method) != of(Method::default()))
         .map(move |&method| format!("{} {}", method.name(), of(method)))
 }
 
@@ -221,7 +221,7 @@ fn own_sigmas(others: String) -> String {
 
 fn knob_argument(knob: &'static Knob) -> Arg {
     let takes = if knob.kind == Kind::Switch { "or =true, =false".into() } else { knob.kind.to_string() };
-    let default = knob.text(&Settings::default());
+    let default = knob.text(&Settings::for_scene(Method::default()));
     let own_blur = Method::ALL.iter().filter(|method| method.facts().blur == MethodBlur::Crysis);
     let own_blur = own_blur.map(|method| method.name()).collect::<Vec<_>>().join(", ");
     let default = match (knob.name, default.strip_suffix(".0").unwrap_or(&default)) {
@@ -267,7 +267,7 @@ impl Flags {
             knobs: KNOBS.iter().filter_map(given).collect(),
         };
         let method = flags.settings(Settings::default())?.method;
-        flags.settings(Settings::for_method(method))?.validate()?;
+        flags.settings(Settings::for_scene(method))?.validate()?;
         Ok(flags)
     }
 
@@ -276,7 +276,7 @@ impl Flags {
     pub(crate) fn open(&self) -> Result<Opened, Error> {
         let scene = Scene::open(&self.scene)?;
         // Some methods have defaults of their own.
-        let own = Settings::for_method(self.settings(Settings::default())?.method);
+        let own = Settings::for_scene(self.settings(Settings::default())?.method);
         let radius = scene.radius.map_or(own.radius, Radius::Units);
         let settings = self.settings(Settings { radius, ..own })?;
         if matches!(settings.radius, Radius::Percent(_)) && scene.mesh.diagonal() == 0.0 {

@@ -9,7 +9,7 @@ use hbao::image::Image;
 use hbao::measure::Reach;
 use hbao::reference::gbuffer::gbuffer;
 use hbao::scene::{Camera, Lens, Mesh, NOTHING_IN_VIEW, View};
-use hbao::settings::{Exit, Normals, Settings};
+use hbao::settings::{Exit, Normals, Radius, Settings};
 
 /// The largest share of a picture's surface at which something may be wrong without a notice.
 const UNNOTICED: f64 = 0.05;
@@ -136,13 +136,12 @@ pub(crate) fn open(visibility: &Image<f32>, settings: &Settings, reads_radius: b
     if visibility.texels.iter().any(|&a| a < 1.0) {
         return None;
     }
-    let looked = match settings.radius_units() {
-        Ok(radius) if reads_radius => {
-            format!(
-                "no sample within R = {} occludes enough to be seen; a larger --radius reaches farther",
-                radius as f32
-            )
-        }
+    let radius = match settings.radius {
+        Radius::Units(radius) => format!("R = {}", radius as f32),
+        _ => "R".into(),
+    };
+    let looked = match reads_radius {
+        true => format!("no sample within {radius} occludes enough to be seen; a larger --radius reaches farther"),
         _ => "no sample occludes enough to be seen".into(),
     };
     let strength = if settings.strength < 1.0 { ", and a larger --strength shows more" } else { "" };

@@ -3,6 +3,8 @@
 //! The contract of this module, on which its `SAFETY` comments rely: whenever one of these objects is made, used or
 //! dropped, the context in which it was made is current on the thread.
 
+pub(crate) mod cache;
+pub(crate) mod debug_groups;
 pub(crate) mod program;
 pub(crate) mod state;
 pub(crate) mod target;
@@ -13,8 +15,10 @@ use crate::Error;
 use crate::error::GlCause;
 use glow::HasContext;
 
+pub(crate) use cache::ProgramCache;
+pub(crate) use debug_groups::DebugGroups;
 pub(crate) use program::{Defines, Program, Source, source};
-pub(crate) use target::{Renderbuffer, Target};
+pub(crate) use target::{Canvas, Renderbuffer, Target, incompleteness};
 pub use texture::Format;
 pub(crate) use texture::{MultisampleTexture, Texture};
 pub use timer::{PassTime, Timers};
@@ -22,6 +26,11 @@ pub use timer::{PassTime, Timers};
 /// Turns an error that OpenGL has recorded into an [`Error`], and clears all others. `place` names the pass or object
 /// that the calls before this one belong to.
 pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
+    error(gl).map_or(Ok(()), |code| Err(described(place, code)))
+}
+
+/// Returns the first error that OpenGL has recorded, and clears all others.
+pub(crate) fn error(gl: &glow::Context) -> Option<u32> {
     let mut first = None;
     // The number is bounded because a lost context may report errors without end.
     for _ in 0..16 {
@@ -31,24 +40,23 @@ pub(crate) fn check(gl: &glow::Context, place: &str) -> Result<(), Error> {
             code => first = first.or(Some(code)),
         }
     }
-    match first {
-        None => Ok(()),
-        Some(code) => Err(Error::gl_because(
-            place,
-            match code {
-                glow::INVALID_ENUM => "invalid enum".into(),
-                glow::INVALID_VALUE => "invalid value".into(),
-                glow::INVALID_OPERATION => "invalid operation".into(),
-                glow::INVALID_FRAMEBUFFER_OPERATION => "invalid framebuffer operation".into(),
-                glow::OUT_OF_MEMORY => "out of memory: render at a smaller size".into(),
-                glow::CONTEXT_LOST => {
-                    "the driver has lost its context: start again, and smaller or simpler if that repeats".into()
-                }
-                other => format!("error 0x{other:04x}"),
-            },
-            GlCause::Code(code),
-        )),
-    }
+    first
+}
+
+/// Turns an OpenGL error's code into an [`Error`].
+pub(crate) fn described(place: &str, code: u32) -> Error {
+    let what = match code {
+        glow::INVALID_ENUM => "invalid enum".into(),
+        glow::INVALID_VALUE => "invalid value".into(),
+        glow::INVALID_OPERATION => "invalid operation".into(),
+        glow::INVALID_FRAMEBUFFER_OPERATION => "invalid framebuffer operation".into(),
+        glow::OUT_OF_MEMORY => "out of memory: render at a smaller size".into(),
+        glow::CONTEXT_LOST => {
+            "the driver has lost its context: start again, and smaller or simpler if that repeats".into()
+        }
+        other => format!("error 0x{other:04x}"),
+    };
+    Error::gl_because(place, what, GlCause::Code(code))
 }
 
 /// Returns the error for a driver that made no object: the error that OpenGL recorded, or [`GlCause::NoObject`] if it
@@ -75,6 +83,27 @@ pub(crate) fn is_out_of_memory(error: &Error) -> bool {
 /// Returns true if OpenGL refused a call because it is not allowed in the current state (`GL_INVALID_OPERATION`).
 pub(crate) fn is_invalid_operation(error: &Error) -> bool {
     matches!(error, Error::Gl { cause: GlCause::Code(glow::INVALID_OPERATION), .. })
+}
+
+/// Refuses a context that is not OpenGL 3.3 or later.
+///
+/// # Errors
+/// [`Error::Context`] for OpenGL ES, and for an earlier version.
+pub(crate) fn check_version(gl: &glow::Context) -> Result<(), Error> {
+    let glow::Version { major, minor, is_embedded, .. } = *gl.version();
+    if is_embedded {
+        return Err(Error::Context(format!(
+            "this context has OpenGL ES {major}.{minor}, and ambient occlusion needs OpenGL 3.3, which is not a part of \
+             OpenGL ES: ask the window library for a context of OpenGL itself, version 3.3 core"
+        )));
+    }
+    if (major, minor) < (3, 3) {
+        return Err(Error::Context(format!(
+            "this context has OpenGL {major}.{minor}, and ambient occlusion needs 3.3: ask the window library for version \
+             3.3 core; many drivers give an earlier one unless a version is asked for"
+        )));
+    }
+    Ok(())
 }
 
 /// Returns the largest number of samples per pixel of the textures that this driver can render to and fetch from, at

@@ -215,6 +215,72 @@ impl SavedState {
     }
 }
 
+/// Blending that multiplies colours by what is drawn and keeps their alpha. When this value is dropped, blending is
+/// disabled, and the application's parameters are restored.
+pub(crate) struct Multiplying {
+    gl: Arc<glow::Context>,
+    /// The factors and the equations of blending, for each draw buffer.
+    blending: [[u32; 6]; MOST_DRAW_BUFFERS],
+    /// The number of draw buffers whose parameters were saved: 1 if all have the same.
+    buffers: usize,
+}
+
+/// More draw buffers than any driver has.
+const MOST_DRAW_BUFFERS: usize = 16;
+
+const BLENDING: [u32; 6] = [
+    glow::BLEND_SRC_RGB,
+    glow::BLEND_DST_RGB,
+    glow::BLEND_SRC_ALPHA,
+    glow::BLEND_DST_ALPHA,
+    glow::BLEND_EQUATION_RGB,
+    glow::BLEND_EQUATION_ALPHA,
+];
+
+impl Multiplying {
+    /// Saves the parameters of blending, and sets them.
+    pub(crate) fn begin(gl: &Arc<glow::Context>) -> Multiplying {
+        // SAFETY: the context is current. OpenGL keeps the parameters for each draw buffer since version 4.0.
+        unsafe {
+            let all = BLENDING.map(|parameter| gl.get_parameter_i32(parameter) as u32);
+            let mut blending = [all; MOST_DRAW_BUFFERS];
+            let mut buffers = 1;
+            if gl.version().major >= 4 {
+                buffers = (gl.get_parameter_i32(glow::MAX_DRAW_BUFFERS).max(1) as usize).min(MOST_DRAW_BUFFERS);
+                for (buffer, blending) in blending[..buffers].iter_mut().enumerate() {
+                    *blending = BLENDING.map(|parameter| gl.get_parameter_indexed_i32(parameter, buffer as u32) as u32);
+                }
+                if blending[..buffers].iter().all(|own| *own == all) {
+                    buffers = 1;
+                }
+            }
+            gl.enable_draw_buffer(glow::BLEND, 0);
+            gl.blend_equation(glow::FUNC_ADD);
+            gl.blend_func_separate(glow::ZERO, glow::SRC_COLOR, glow::ZERO, glow::ONE);
+            Multiplying { gl: gl.clone(), blending, buffers }
+        }
+    }
+}
+
+impl Drop for Multiplying {
+    fn drop(&mut self) {
+        let gl = &self.gl;
+        // SAFETY: the context is current by the contract of `gl`; every value was read from it. Draw buffers differ only
+        // if the application has called the functions that set one of them.
+        unsafe {
+            gl.disable_draw_buffer(glow::BLEND, 0);
+            let [src_rgb, dst_rgb, src_alpha, dst_alpha, rgb, alpha] = self.blending[0];
+            gl.blend_func_separate(src_rgb, dst_rgb, src_alpha, dst_alpha);
+            gl.blend_equation_separate(rgb, alpha);
+            for (buffer, own) in (0..).zip(&self.blending[..self.buffers]).skip(1) {
+                let [src_rgb, dst_rgb, src_alpha, dst_alpha, rgb, alpha] = *own;
+                gl.blend_func_separate_draw_buffer(buffer, src_rgb, dst_rgb, src_alpha, dst_alpha);
+                gl.blend_equation_separate_draw_buffer(buffer, rgb, alpha);
+            }
+        }
+    }
+}
+
 impl Drop for SavedState {
     fn drop(&mut self) {
         let gl = &self.gl;

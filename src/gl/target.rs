@@ -1,7 +1,7 @@
 //! Framebuffers, and the depth-stencil buffers attached to them.
 
 use super::texture::DefaultPacking;
-use super::{MultisampleTexture, Texture, check, not_made};
+use super::{Format, MultisampleTexture, Texture, check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -138,9 +138,33 @@ impl Target {
     }
 }
 
+/// A texture, and the framebuffer through which a pass draws into it.
+pub(crate) struct Canvas {
+    pub(crate) texture: Texture,
+    pub(crate) framebuffer: Target,
+}
+
+impl Canvas {
+    /// Makes an image of the pass of this name. With a stencil of the same size, the caller sets where passes draw.
+    /// Leaves the new framebuffer bound, and the new image on the active texture unit.
+    pub(crate) fn new(
+        gl: &Arc<glow::Context>,
+        pass: &str,
+        format: Format,
+        size: (u32, u32),
+        stencil: Option<&Renderbuffer>,
+    ) -> Result<Canvas, Error> {
+        let texture = Texture::new(gl, &format!("{pass}: image"), format, size.0, size.1)?;
+        let stencil = stencil.map(|stencil| (glow::DEPTH_STENCIL_ATTACHMENT, stencil));
+        let framebuffer = Target::new(gl, &format!("{pass}: framebuffer"), &[&texture], stencil, size)?;
+        Ok(Canvas { texture, framebuffer })
+    }
+}
+
 /// Describes a status of `glCheckFramebufferStatus` in words, for messages.
-fn incompleteness(status: u32) -> String {
+pub(crate) fn incompleteness(status: u32) -> String {
     match status {
+        glow::FRAMEBUFFER_UNDEFINED => "there is no window to draw to".into(),
         glow::FRAMEBUFFER_INCOMPLETE_ATTACHMENT => "an attachment cannot be drawn to".into(),
         glow::FRAMEBUFFER_INCOMPLETE_MISSING_ATTACHMENT => "it has no attachment".into(),
         glow::FRAMEBUFFER_INCOMPLETE_DRAW_BUFFER => "an attachment that is drawn to is missing".into(),

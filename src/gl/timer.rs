@@ -1,6 +1,6 @@
 //! Measures how long passes take, by OpenGL's timer queries and by the system's clock.
 
-use super::{check, not_made};
+use super::{DebugGroups, check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::sync::Arc;
@@ -24,6 +24,8 @@ pub struct Timers {
     on: bool,
     query: Option<glow::Query>,
     times: Vec<PassTime>,
+    /// Names the passes for debuggers, where that is possible.
+    pub(crate) groups: Option<DebugGroups>,
 }
 
 impl Timers {
@@ -37,7 +39,7 @@ impl Timers {
             // SAFETY: the context is current.
             query = Some(unsafe { gl.create_query() }.map_err(|_| not_made(gl, "timer"))?);
         }
-        Ok(Timers { gl: gl.clone(), on, query, times: Vec::new() })
+        Ok(Timers { gl: gl.clone(), on, query, times: Vec::new(), groups: None })
     }
 
     /// Returns true if the driver's timer query works: some drivers accept the query and always answer 0. The context
@@ -60,6 +62,18 @@ impl Timers {
 
     /// Runs a pass. An OpenGL error during the pass is returned as an error at the place `name`.
     pub(crate) fn pass(&mut self, name: &'static str, run: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+        let groups = self.groups;
+        if let Some(groups) = groups {
+            groups.push(name);
+        }
+        let result = self.measured(name, run);
+        if let Some(groups) = groups {
+            groups.pop();
+        }
+        result
+    }
+
+    fn measured(&mut self, name: &'static str, run: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
         if !self.on {
             run()?;
             return check(&self.gl, name);

@@ -33,21 +33,21 @@ impl Reach {
         let size = (depth.width as u32, depth.height as u32);
         let scale = settings.ao_scale() as usize;
         let exit = settings.exit_depth(projection, size)?;
-        // How far the first sample is from P in x and y: at every depth, or in perspective at the depth 1.
+        // R in texels, and the share of it at which the first sample lies.
         let step = match settings.exit_read() {
             Some(_) => {
                 let first = (1.0 / f64::from(settings.steps + 1)).powf(settings.spacing_read());
-                settings.radius_in_texels(projection, size)?.map(|radius| radius * first)
+                Some((settings.radius_px(projection, size)?, first))
             }
-            None => [0.0; 2],
+            None => None,
         };
         let extent = [depth.width, depth.height].map(|pixels| pixels as f64 / scale as f64);
         let [mut covered, mut exits, mut past] = [0_usize; 3];
         for (y, row) in depth.texels.chunks_exact(depth.width.max(1)).step_by(scale).enumerate() {
             for (x, &z) in row.iter().step_by(scale).enumerate().filter(|(_, z)| z.is_finite()) {
                 let z = f64::from(z);
-                let shrinks = if projection.is_perspective() { z } else { 1.0 };
-                let leaves = |axis: usize, position: f64| step[axis] / shrinks > position.max(extent[axis] - position);
+                let step = step.map_or([0.0; 2], |(radius, first)| radius.at(z).map(|radius| radius * first));
+                let leaves = |axis: usize, position: f64| step[axis] > position.max(extent[axis] - position);
                 covered += 1;
                 exits += usize::from(z > exit);
                 past += usize::from(leaves(0, x as f64 + 0.5) && leaves(1, y as f64 + 0.5));

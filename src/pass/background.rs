@@ -3,19 +3,19 @@
 
 use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, ImageVariant, depth_defines};
 use crate::Error;
-use crate::gl::{Program, source};
+use crate::gl::{Program, ProgramCache, source};
 use std::sync::Arc;
 
 pub(crate) struct Background {
-    program: Program,
+    program: Arc<Program>,
 }
 
 impl Background {
     /// Compiles the pass for a depth texture of this kind, and for a target each of whose texels stands for `scale`
     /// pixels in x and y.
-    pub(crate) fn new(gl: &Arc<glow::Context>, depth: ImageVariant, scale: [u32; 2]) -> Result<Background, Error> {
+    pub(crate) fn new(programs: &mut ProgramCache, depth: ImageVariant, scale: [u32; 2]) -> Result<Background, Error> {
         let defines = depth_defines(depth, scale);
-        let program = Program::new(gl, &defines, FULLSCREEN, &[FETCH, source!("background.frag")])?;
+        let program = programs.get(&defines, FULLSCREEN, &[FETCH, source!("background.frag")])?;
         Ok(Background { program })
     }
 

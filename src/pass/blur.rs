@@ -5,8 +5,8 @@
 use super::linear_depth::{self, SamplesInput, SamplesVariant};
 use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, ImageVariant, depth_defines, depth_sigma, pixels};
 use crate::Error;
-use crate::gl::{Program, Texture, source};
-use crate::settings::DepthSigma;
+use crate::gl::{Program, ProgramCache, Texture, source};
+use crate::settings::Length;
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
@@ -33,17 +33,19 @@ pub(crate) struct BlurVariant {
     pub(crate) from: [u32; 2],
     /// How many pixels in x and y one texel of the target stands for.
     pub(crate) to: [u32; 2],
+    /// Whether the depth sigma of a Gaussian is in proportion to depth.
+    pub(crate) sigma_of_depth: bool,
     /// For the supersampling blur, the depth samples of the pixels. `None` for the blur around the resolved depth.
     pub(crate) samples: Option<SamplesVariant>,
 }
 
 pub(crate) struct Blur {
-    program: Program,
+    program: Arc<Program>,
     gaussian: bool,
 }
 
 impl Blur {
-    pub(crate) fn new(gl: &Arc<glow::Context>, variant: BlurVariant) -> Result<Blur, Error> {
+    pub(crate) fn new(programs: &mut ProgramCache, variant: BlurVariant) -> Result<Blur, Error> {
         let mut defines = depth_defines(variant.depth, variant.to).value("FROM", pixels(variant.from));
         if variant.from != [1, 1] {
             defines = defines.value("UPSAMPLES", 1);
@@ -77,21 +79,24 @@ impl Blur {
             let weight = |k: u32| if k > radius { 0.0 } else { (-f64::from(k * k) / (2.0 * sigma * sigma)).exp() };
             // At half resolution the outermost taps lie up to two pixels beyond the kernel, where the weight is 0.
             let weights: Vec<String> = (0..=radius + 2).map(|k| format!("{:?}", weight(k) as f32)).collect();
-            defines = defines.value("GAUSSIAN", weights.len()).value("SPATIAL", weights.join(", "));
+            defines = defines
+                .value("GAUSSIAN", weights.len())
+                .value("SPATIAL", weights.join(", "))
+                .flag("SIGMA_OF_DEPTH", variant.sigma_of_depth);
         }
-        let program = Program::new(gl, &defines, FULLSCREEN, &pieces)?;
+        let program = programs.get(&defines, FULLSCREEN, &pieces)?;
         Ok(Blur { program, gaussian: width.is_some() })
     }
 
     /// Blurs `ao` into the bound target. `samples` must be given if the pass is compiled for the supersampling blur,
-    /// and must be of the variant that it is compiled for.
+    /// and must be of the variant that it is compiled for, as must `sigma`.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
         ao: &Texture,
         depth: &DepthInput,
         samples: Option<&SamplesInput>,
-        sigma: DepthSigma,
+        sigma: Length,
     ) {
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
@@ -101,8 +106,7 @@ impl Blur {
         }
         program.unit("ao_image", 1).vec2("extent", [f64::from(depth.size.0), f64::from(depth.size.1)]);
         if self.gaussian {
-            // A Gaussian's depth sigma is always in scene units. Only that of 6.1's blur can be a share of the depth.
-            program.float("inverse_sigma", 1.0 / (SQRT_2 * sigma.at(0.0)));
+            program.float("inverse_sigma", 1.0 / (SQRT_2 * sigma.at(1.0)));
         } else {
             depth_sigma(program, sigma);
         }

@@ -2,41 +2,33 @@
 
 use super::{DepthInput, FETCH, FULLSCREEN, FullScreen, ImageVariant, depth_defines};
 use crate::Error;
-use crate::gl::{Format, Program, Target, Texture, source};
+use crate::gl::{Canvas, Format, Program, ProgramCache, source};
 use std::sync::Arc;
 
 /// The texture unit to which the image stays bound, for the pass that samples it.
 pub(super) const UNIT: u32 = 3;
 
-/// The pass and the image that it draws.
 pub(crate) struct HalfDepth {
-    program: Program,
-    texture: Texture,
-    target: Target,
+    program: Arc<Program>,
 }
 
 impl HalfDepth {
-    /// Compiles the pass for a depth texture of this kind, and makes its image for a depth texture of this size. Leaves
-    /// the new framebuffer bound, and the new image on the active texture unit.
-    pub(crate) fn new(
-        gl: &Arc<glow::Context>,
-        depth: ImageVariant,
-        (width, height): (u32, u32),
-    ) -> Result<HalfDepth, Error> {
-        let size = (width.div_ceil(2), height.div_ceil(2));
-        let texture = Texture::new(gl, "half_depth: image", Format::R32f, size.0, size.1)?;
-        Ok(HalfDepth {
-            program: Program::new(gl, &depth_defines(depth, [2, 2]), FULLSCREEN, &[FETCH, source!("half_depth.frag")])?,
-            target: Target::new(gl, "half_depth: framebuffer", &[&texture], None, size)?,
-            texture,
-        })
+    /// Compiles the pass for a depth texture of this kind.
+    pub(crate) fn new(programs: &mut ProgramCache, depth: ImageVariant) -> Result<HalfDepth, Error> {
+        let pieces = [FETCH, source!("half_depth.frag")];
+        Ok(HalfDepth { program: programs.get(&depth_defines(depth, [2, 2]), FULLSCREEN, &pieces)? })
     }
 
-    /// Draws into the pass's own target, which has no stencil. Leaves the target bound, and the image on unit 3.
-    pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &DepthInput) {
-        self.target.bind();
+    /// Makes the pass's image, for a view of this size.
+    pub(crate) fn canvas(gl: &Arc<glow::Context>, (width, height): (u32, u32)) -> Result<Canvas, Error> {
+        Canvas::new(gl, "half_depth", Format::R32f, (width.div_ceil(2), height.div_ceil(2)), None)
+    }
+
+    /// Draws into the pass's image. Leaves it bound, and its texture on unit 3.
+    pub(crate) fn draw(&self, full_screen: &FullScreen, canvas: &Canvas, depth: &DepthInput) {
+        canvas.framebuffer.bind();
         depth.bind(full_screen, self.program.bind(), 0);
         full_screen.draw();
-        full_screen.bind_texture(UNIT, (&self.texture).into());
+        full_screen.bind_texture(UNIT, (&canvas.texture).into());
     }
 }

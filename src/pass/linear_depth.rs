@@ -5,7 +5,7 @@ use super::{
 };
 use crate::Error;
 use crate::encoding::Curve;
-use crate::gl::{Defines, Format, Program, Source, Target, Texture, source};
+use crate::gl::{Canvas, Defines, Format, Program, ProgramCache, Source, source};
 use std::sync::Arc;
 
 const HARDWARE: Source = source!("shared/hardware.glsl");
@@ -91,39 +91,41 @@ impl SamplesInput {
     }
 }
 
-/// The pass and the image that it draws.
 pub(crate) struct LinearDepth {
-    program: Program,
-    pub(crate) texture: Texture,
-    target: Target,
+    program: Arc<Program>,
 }
 
 impl LinearDepth {
-    /// Compiles the pass for a depth texture of this kind and encoding, and makes its image, which is of this size.
-    /// Leaves the new framebuffer bound, and the new image on the active texture unit.
+    /// Compiles the pass for a depth texture of this kind and encoding.
     pub(crate) fn new(
-        gl: &Arc<glow::Context>,
+        programs: &mut ProgramCache,
         depth: ImageVariant,
         curve: CurveVariant,
-        size: (u32, u32),
     ) -> Result<LinearDepth, Error> {
-        let texture = Texture::new(gl, "linear_depth: image", Format::R32f, size.0, size.1)?;
         let defines = curve.define(depth_defines(depth, [1, 1]));
-        Ok(LinearDepth {
-            program: Program::new(gl, &defines, FULLSCREEN, &[FETCH, HARDWARE, source!("linear_depth.frag")])?,
-            target: Target::new(gl, "linear_depth: framebuffer", &[&texture], None, size)?,
-            texture,
-        })
+        let pieces = [FETCH, HARDWARE, source!("linear_depth.frag")];
+        Ok(LinearDepth { program: programs.get(&defines, FULLSCREEN, &pieces)? })
     }
 
-    /// Draws into the pass's own target, which has no stencil, and leaves it bound. Background becomes
-    /// `depth.background`. Returns the image, as later passes read it.
-    pub(crate) fn draw(&self, full_screen: &FullScreen, depth: &DepthInput, curve: Curve) -> DepthInput {
-        self.target.bind();
+    /// Makes the pass's image, for a view of this size.
+    pub(crate) fn canvas(gl: &Arc<glow::Context>, size: (u32, u32)) -> Result<Canvas, Error> {
+        Canvas::new(gl, "linear_depth", Format::R32f, size, None)
+    }
+
+    /// Draws into the pass's image, and leaves it bound. Background becomes `depth.background`. Returns the image, as
+    /// later passes read it.
+    pub(crate) fn draw(
+        &self,
+        full_screen: &FullScreen,
+        canvas: &Canvas,
+        depth: &DepthInput,
+        curve: Curve,
+    ) -> DepthInput {
+        canvas.framebuffer.bind();
         let program = self.program.bind();
         depth.bind(full_screen, program, 0);
         bind_curve(program, curve);
         full_screen.draw();
-        DepthInput { image: TextureRef::from(&self.texture), part: None, ..*depth }
+        DepthInput { image: TextureRef::from(&canvas.texture), part: None, ..*depth }
     }
 }

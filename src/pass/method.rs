@@ -7,10 +7,10 @@ use super::{
 };
 use crate::Error;
 use crate::encoding::NormalEncoding;
-use crate::gl::{Defines, Format, Program, Source, Texture, source};
+use crate::gl::{Defines, Format, Program, ProgramCache, Source, Texture, source};
 use crate::projection::Projection;
 use crate::settings::method::methods;
-use crate::settings::{Exit, Jitter, Method, Settings, SsaoDepth, Toggle, ssao_length};
+use crate::settings::{Exit, Jitter, Length, Method, Settings, SsaoDepth, Toggle, ssao_length};
 use crate::tile::{self, rotation_tile};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -37,6 +37,8 @@ methods!(shaders);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MethodVariant {
     pub(crate) orthographic: bool,
+    /// Whether R is in proportion to depth.
+    pub(crate) radius_of_depth: bool,
     pub(crate) depth: ImageVariant,
     pub(crate) normals: NormalsVariant,
     /// Whether the shader is the fetch floor: the method's shader with all its fetches, in which a sum of the fetched
@@ -105,7 +107,7 @@ const MOST_UNROLLED: u32 = 256;
 
 /// The pass of a method.
 pub(crate) struct MethodPass {
-    program: Program,
+    program: Arc<Program>,
     tile: Option<Texture>,
 }
 
@@ -123,7 +125,7 @@ impl MethodPass {
     /// Compiles the method's shader, and uploads the rotation tile. Returns `None` for `none`, which has no shader.
     /// Changes the rectangle texture binding of the active unit.
     pub(crate) fn new(
-        gl: &Arc<glow::Context>,
+        programs: &mut ProgramCache,
         settings: &Settings,
         variant: MethodVariant,
     ) -> Result<Option<MethodPass>, Error> {
@@ -133,26 +135,26 @@ impl MethodPass {
         }
         let defines = words.iter().fold(defines(settings, variant), |defines, word| defines.value(word, 1));
         let pieces = [&[FETCH, RAY, SURFACE], files].concat();
-        let program = Program::new(gl, &defines, FULLSCREEN, &pieces)?;
+        let program = programs.get(&defines, FULLSCREEN, &pieces)?;
         let tile = match settings.jitter {
             Jitter::None => None,
             Jitter::Tile => {
                 let texels: Vec<f32> =
                     rotation_tile(settings).texels.iter().flat_map(|&[c, s, b]| [c, s, b, 0.0]).collect();
-                Some(Texture::of_floats(gl, "ao: rotation tile", Format::Rgba32f, (4, 4), &texels)?)
+                Some(Texture::of_floats(programs.gl(), "ao: rotation tile", Format::Rgba32f, (4, 4), &texels)?)
             }
         };
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target. `radius` is R in scene units. `normals` may be `None` if the method reads none.
+    /// Draws A into the bound target. `radius` is R, of the kind that the pass is compiled for. `normals` may be `None` if the method reads none.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,
         depth: &DepthInput,
         normals: Option<&NormalsInput>,
         view: MethodView,
-        radius: f64,
+        radius: Length,
         settings: &Settings,
     ) {
         let program = self.program.bind();
@@ -168,7 +170,7 @@ impl MethodPass {
             .unit("tile", 2)
             .unit("half_depth_image", half_depth::UNIT)
             .float("near", view.near)
-            .float("radius", radius.min(FARTHEST_RADIUS))
+            .float("radius", radius.at(1.0).min(FARTHEST_RADIUS))
             .float("strength", settings.strength)
             .int("direction_count", settings.directions as i32)
             .vec2("bias", [settings.bias.cos(), settings.bias.sin()]);
@@ -225,6 +227,7 @@ fn defines(settings: &Settings, variant: MethodVariant) -> Defines {
         ("NORMALS", reads("ssao-normals") && settings.ssao_normals == Toggle::On),
         ("CURVE", reads("ssao-curve") && settings.curve() == Toggle::On),
         ("ORTHOGRAPHIC", variant.orthographic),
+        ("RADIUS_OF_DEPTH", variant.radius_of_depth),
         ("FLOOR", variant.floor),
         ("DIRECTIONS_LOOPED", settings.directions * settings.steps > MOST_UNROLLED),
     ] {

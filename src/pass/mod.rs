@@ -1,6 +1,7 @@
 //! The passes, one file each under the name of its shader in `glsl/`. A pass is created for the variant that its shader
 //! must be compiled for. To run it, its target is bound and its textures are passed in.
 
+pub(crate) mod apply;
 pub(crate) mod background;
 pub(crate) mod blur;
 #[cfg(feature = "render")]
@@ -21,7 +22,7 @@ pub(crate) mod resolve;
 use crate::Error;
 use crate::gl::{Defines, Program, Source, Texture, check, not_made, source};
 use crate::projection::Projection;
-use crate::settings::DepthSigma;
+use crate::settings::Length;
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -231,12 +232,12 @@ fn pixels([x, y]: [u32; 2]) -> String {
 
 /// Sets the uniform `depth_sigma`. Its first number is s_z in scene units, its second is s_z as a share of the depth,
 /// and one of the two is 0.
-fn depth_sigma(program: &Program, sigma: DepthSigma) {
+fn depth_sigma(program: &Program, sigma: Length) {
     program.vec2(
         "depth_sigma",
         match sigma {
-            DepthSigma::Units(sigma) => [sigma.min(f32::MAX.into()), 0.0],
-            DepthSigma::OfDepth(share) => [0.0, share],
+            Length::Units(sigma) => [sigma.min(f32::MAX.into()), 0.0],
+            Length::OfDepth(share) => [0.0, share],
         },
     );
 }

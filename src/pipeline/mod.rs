@@ -356,7 +356,7 @@ pub(crate) fn check_depth_range(settings: &Settings, camera: &Camera) -> Result<
     if settings.depth_format == DepthFormat::R32f {
         return Ok(());
     }
-    let (near, reach) = (camera.near, camera.far + settings.radius_read()?);
+    let (near, reach) = (camera.near, camera.far + settings.radius_read(camera.projection)?.at(camera.far));
     let refuse =
         |what: String, how: &str| Err(Error::Usage(format!("depth-format r16f holds depths {what}: use r32f, {how}")));
     if reach > f64::from(BACKGROUND_R16F) {

@@ -164,6 +164,12 @@ impl Projection {
         self.extents().whole
     }
 
+    /// Returns the height of the whole picture, of which this may be a part: in perspective at z = 1, otherwise in
+    /// scene units.
+    pub(crate) fn whole_height(&self) -> f64 {
+        2.0 * self.half_extents()[1] * self.whole()[1]
+    }
+
     /// Returns the factor by which the extents at z = 1 grow up to depth z.
     fn growth(&self, z: f64) -> f64 {
         if self.is_perspective() { z } else { 1.0 }

@@ -8,7 +8,8 @@ use super::edges;
 use super::sampling::{EXACT, Shift};
 use crate::Error;
 use crate::image::Image;
-use crate::settings::{BlurKernel, DepthSigma, Edges, MethodBlur, Settings};
+use crate::projection::Projection;
+use crate::settings::{BlurKernel, Edges, Length, MethodBlur, Settings};
 use crate::threads::on_all_cores;
 use rayon::prelude::*;
 
@@ -22,9 +23,10 @@ pub fn blur(
     ao: &Image<f64>,
     depth: &Image<impl Copy + Into<f64>>,
     samples: &[Image<f32>],
+    projection: Projection,
     settings: &Settings,
 ) -> Result<Image<f64>, Error> {
-    shifted(ao, &depth.map(Into::into), samples, settings, EXACT)
+    shifted(ao, &depth.map(Into::into), samples, projection, settings, EXACT)
 }
 
 /// Finds the pixels at which the blur can move by more than 1e-3 when its comparisons are shifted by 1e-5 relative. At
@@ -37,10 +39,11 @@ pub fn ambiguous(
     ao: &Image<f64>,
     depth: &Image<impl Copy + Into<f64>>,
     samples: &[Image<f32>],
+    projection: Projection,
     settings: &Settings,
 ) -> Result<Image<bool>, Error> {
     let depth = &depth.map(Into::into);
-    let of = |comparison| shifted(ao, depth, samples, settings, Shift { rounding: 0.0, comparison });
+    let of = |comparison| shifted(ao, depth, samples, projection, settings, Shift { rounding: 0.0, comparison });
     let [exact, low, high] = [of(0.0)?, of(-1e-5)?, of(1e-5)?];
     let moves = |x: usize, y: usize| {
         let exact = exact.at(x, y);
@@ -54,10 +57,11 @@ fn shifted(
     ao: &Image<f64>,
     depth: &Image<f64>,
     samples: &[Image<f32>],
+    projection: Projection,
     settings: &Settings,
     shift: Shift,
 ) -> Result<Image<f64>, Error> {
-    let sigma = settings.depth_sigma()?;
+    let sigma = settings.depth_sigma(projection)?;
     let radius = i64::from(settings.blur / 2);
     let scale = i64::from(settings.ao_scale());
     let own = settings.method.facts().blur;
@@ -80,7 +84,7 @@ fn shifted(
         }
     };
     if !samples.is_empty() && settings.edges == Edges::Supersample {
-        let edges = edges::shifted(samples, settings, shift)?;
+        let edges = edges::shifted(samples, projection, settings, shift)?;
         let whole = Pass { ao, depth, sigma, shift, taps: square, from: half, to: full };
         for (i, blurred) in blurred.texels.iter_mut().enumerate().filter(|&(i, _)| edges.texels[i]) {
             let (x, y) = ((i % depth.width) as i64, (i / depth.width) as i64);
@@ -105,7 +109,7 @@ enum Taps {
 struct Pass<'a> {
     ao: &'a Image<f64>,
     depth: &'a Image<f64>,
-    sigma: DepthSigma,
+    sigma: Length,
     shift: Shift,
     taps: Taps,
     from: [i64; 2],

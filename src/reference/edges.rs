@@ -3,6 +3,7 @@
 use super::sampling::{EXACT, Shift};
 use crate::Error;
 use crate::image::Image;
+use crate::projection::Projection;
 use crate::settings::Settings;
 
 /// Finds the edge pixels: a pixel is an edge if its depth samples span more than the blur's depth sigma, or if some of
@@ -11,13 +12,18 @@ use crate::settings::Settings;
 ///
 /// # Errors
 /// [`Error::Usage`] if the depth sigma follows from a radius in percent.
-pub fn edges(samples: &[Image<f32>], settings: &Settings) -> Result<Image<bool>, Error> {
-    shifted(samples, settings, EXACT)
+pub fn edges(samples: &[Image<f32>], projection: Projection, settings: &Settings) -> Result<Image<bool>, Error> {
+    shifted(samples, projection, settings, EXACT)
 }
 
 /// Finds the edges as [`edges`] does, with a depth sigma that is larger by the factor 1 + `shift.comparison`.
-pub(super) fn shifted(samples: &[Image<f32>], settings: &Settings, shift: Shift) -> Result<Image<bool>, Error> {
-    let sigma = settings.depth_sigma()?;
+pub(super) fn shifted(
+    samples: &[Image<f32>],
+    projection: Projection,
+    settings: &Settings,
+    shift: Shift,
+) -> Result<Image<bool>, Error> {
+    let sigma = settings.depth_sigma(projection)?;
     let is_edge = |x: usize, y: usize| {
         let depths = || samples.iter().map(|image| f64::from(image.at(x, y)));
         let (nearest, farthest) = (depths().fold(f64::INFINITY, f64::min), depths().fold(0.0, f64::max));

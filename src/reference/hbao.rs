@@ -32,7 +32,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
         let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
         // Eq. 6.2.6 is the elevation's tangent. This is the elevation's sine, which orders the samples in the same way.
         let sine = -sample.D.z / sample.D.length();
-        let within = scene.within(&sample, shift);
+        let within = scene.within(pixel, &sample, shift);
         let raises = within && sine > horizon + shift.comparison;
         let seen = HorizonSample { sample: &sample, sine, horizon, ground: &|| ground(&sample), within, raises };
         observer.sample(i, &seen);
@@ -40,7 +40,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
             continue;
         }
         let rise = sine - ground(&sample);
-        let added = scene.attenuation(sample.D.length()) * (rise - previous);
+        let added = scene.attenuation(pixel, sample.D.length()) * (rise - previous);
         observer.adds(i, added);
         occlusion += added;
         previous = rise;
@@ -54,7 +54,7 @@ fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut d
     let rise = |sample: &Sample, r: f64| grounded(scene, pixel, sample, r);
     let mut previous = 0.0;
     let increments = horizons(scene, pixel, k, shift, rise).map(|(rise, r)| {
-        let increment = scene.attenuation(r) * (rise - previous);
+        let increment = scene.attenuation(pixel, r) * (rise - previous);
         previous = rise;
         increment
     });

@@ -25,7 +25,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
     for i in 1..=pixel.steps {
         let Some(sample) = scene.sample(pixel, &direction, i, shift) else { continue };
         let sine = -sample.D.z / sample.D.length();
-        let within = scene.within(&sample, shift);
+        let within = scene.within(pixel, &sample, shift);
         let raises = within && sine > horizon + shift.comparison;
         let seen = HorizonSample { sample: &sample, sine, horizon, ground: &|| tangent, within, raises };
         observer.sample(i, &seen);
@@ -33,7 +33,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
             (horizon, r, highest) = (sine, sample.D.length(), Some(i));
         }
     }
-    let occlusion = (horizon - tangent) * scene.attenuation(r);
+    let occlusion = (horizon - tangent) * scene.attenuation(pixel, r);
     // Without such a sample the horizon is the tangent, and the occlusion is 0.
     if let Some(i) = highest {
         observer.adds(i, occlusion);
@@ -45,5 +45,5 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
 /// the horizon.
 fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut dyn Observer) -> f64 {
     let rise = |sample: &Sample, r: f64| grounded(scene, pixel, sample, r);
-    horizons(scene, pixel, k, shift, rise).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(r))
+    horizons(scene, pixel, k, shift, rise).last().map_or(0.0, |(rise, r)| rise * scene.attenuation(pixel, r))
 }

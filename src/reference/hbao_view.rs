@@ -89,7 +89,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
             Zenith::Axis => (-sample.D.z, sample.D.length(), true),
         };
         let sine = up / r;
-        let within = r <= scene.reach * (1.0 + shift.comparison);
+        let within = r <= scene.reach.at(pixel.P.z) * (1.0 + shift.comparison);
         let raises = seen && within && sine > horizon + shift.comparison;
         let told = HorizonSample { sample: &sample, sine, horizon, ground: &|| ground(&sample), within, raises };
         observer.sample(i, &told);
@@ -97,13 +97,13 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, observer:
             continue;
         }
         let rise = sine - ground(&sample);
-        let end = scene.attenuation(r);
+        let end = scene.attenuation(pixel, r);
         let q = scene.nearer(pixel, i);
         let weight = match scene.settings.quadrature {
             Quadrature::End => end,
             Quadrature::Mean => (end + last_weight) / 2.0,
-            Quadrature::Interval => scene.mean_attenuation(q, r),
-            Quadrature::Expected => scene.mean_attenuation(q, r) * (1.0 + 0.25 * (1.0 - q * q) * (0.75 - rise)),
+            Quadrature::Interval => scene.mean_attenuation(pixel, q, r),
+            Quadrature::Expected => scene.mean_attenuation(pixel, q, r) * (1.0 + 0.25 * (1.0 - q * q) * (0.75 - rise)),
         };
         let added = weight * (rise - previous);
         observer.adds(i, added);
@@ -128,7 +128,7 @@ fn converged(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut d
     };
     let mut previous = 0.0;
     let increments = horizons(scene, pixel, k, shift, rise).map(|(rise, r)| {
-        let increment = scene.attenuation(r) * (rise - previous);
+        let increment = scene.attenuation(pixel, r) * (rise - previous);
         previous = rise;
         increment
     });

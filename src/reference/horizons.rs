@@ -15,7 +15,7 @@ pub(super) fn horizons(
     let direction = scene.direction(pixel, k, shift);
     let mut highest = 0.0;
     (1..=pixel.steps).filter_map(move |i| {
-        let sample = scene.sample(pixel, &direction, i, shift).filter(|sample| scene.within(sample, shift))?;
+        let sample = scene.sample(pixel, &direction, i, shift).filter(|sample| scene.within(pixel, sample, shift))?;
         let r = sample.D.length();
         let rise = rise(&sample, r);
         let rises = rise > highest;

@@ -24,7 +24,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, k: u32, shift: Shift, _: &mut d
     let (directions, steps) = (f64::from(scene.settings.directions), f64::from(pixel.steps));
     (1..=pixel.steps)
         .filter_map(|i| Some((i, scene.sample(pixel, &direction, i, shift)?)))
-        .filter(|(_, sample)| scene.within(sample, shift))
+        .filter(|(_, sample)| scene.within(pixel, sample, shift))
         .map(|(i, sample)| {
             let distance = sample.D.length();
             let solid_angles = if scene.settings.method == Method::Crease {

@@ -36,7 +36,7 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift, observer:
         let ray = cosine * n + (1.0 - cosine * cosine).sqrt() * azimuth;
         // The ray ends at the point E, at the distance R from P or at the near plane, whichever comes first.
         let to_near = if ray.z < 0.0 { (pixel.P.z - scene.near).max(0.0) / -ray.z } else { f64::INFINITY };
-        let E = pixel.P + scene.radius.min(to_near) * ray;
+        let E = pixel.P + pixel.R.min(to_near) * ray;
         observer.ray(k, ray, E);
         let slope = |point: DVec3| point.truncate() / if perspective { point.z } else { 1.0 };
         let across: DVec2 = (slope(E) - slope(pixel.P)) / scene.pixel_extent();
@@ -53,12 +53,13 @@ fn occlusion(scene: &MethodScene, pixel: &Pixel, j: u32, shift: Shift, observer:
                 (1.0 - along) * pixel.P.z + along * E.z
             };
             // The first texel in front of the ray stops it. Texels beyond R are ignored, and so is P's own texel.
-            let stops = |sample: &Sample| sample.z < ray_z * (1.0 + shift.comparison) && scene.within(sample, shift);
+            let stops =
+                |sample: &Sample| sample.z < ray_z * (1.0 + shift.comparison) && scene.within(pixel, sample, shift);
             let stopped = sample.as_ref().filter(|sample| stops(sample));
             let step = Step { at, taken, ray_z, sample: sample.as_ref(), stops: stopped.is_some() };
             observer.step(i, &step);
             if let Some(sample) = stopped {
-                let weight = scene.attenuation(sample.D.length());
+                let weight = scene.attenuation(pixel, sample.D.length());
                 observer.adds(k, weight);
                 occlusion += weight;
                 break;

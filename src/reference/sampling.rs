@@ -10,7 +10,7 @@ use super::inputs::TwinInputs;
 use crate::Error;
 use crate::image::Image;
 use crate::projection::Projection;
-use crate::settings::{Clamp, Exit, Settings, Snap};
+use crate::settings::{Clamp, Exit, Length, Settings, Snap};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -44,6 +44,8 @@ pub(super) struct Pixel {
     pub(super) r: DVec3,
     /// The normal, of any length, turned towards the eye.
     pub(super) n: DVec3,
+    /// The radius of influence, in scene units.
+    pub(super) R: f64,
     /// The number of samples in each direction: N_s, or fewer if `exit` is `shorten`.
     pub(super) steps: u32,
     /// The step between two samples, in texels.
@@ -101,10 +103,9 @@ pub(super) struct MethodScene<'a> {
     pub(super) projection: Projection,
     pub(super) near: f64,
     pub(super) settings: &'a Settings,
-    /// R in scene units.
-    pub(super) radius: f64,
+    pub(super) radius: Length,
     /// The distance beyond which samples are ignored. It is R, except in [`super::anatomy::Anatomy::with_outliers`].
-    pub(super) reach: f64,
+    pub(super) reach: Length,
     /// Whether `ssao` has its depth range check. It has, except in
     /// [`super::anatomy::Anatomy::without_range_check`].
     pub(super) range_check: bool,
@@ -134,7 +135,7 @@ impl<'a> MethodScene<'a> {
             ));
         }
         settings.check_steps()?;
-        let radius = settings.radius_read()?;
+        let radius = settings.radius_read(inputs.projection)?;
         let scale = settings.ao_scale() as usize;
         Ok(MethodScene {
             depth: inputs.depth.map(Into::into),
@@ -185,6 +186,7 @@ impl<'a> MethodScene<'a> {
             r,
             // The tangent plane is the same for n and -n.
             n: if n.dot(r) > shift.comparison * n.length() * r.length() { -n } else { n },
+            R: self.radius.at(z),
             steps,
             step_px: radius_px / f64::from(steps + 1),
             enough,
@@ -227,8 +229,8 @@ impl<'a> MethodScene<'a> {
     }
 
     /// Returns the mean of W(q r) and W(r).
-    pub(super) fn mean_attenuation(&self, q: f64, r: f64) -> f64 {
-        mean_weight(self.settings.attenuation, q, r, self.radius)
+    pub(super) fn mean_attenuation(&self, pixel: &Pixel, q: f64, r: f64) -> f64 {
+        mean_weight(self.settings.attenuation, q, r, pixel.R)
     }
 
     /// Returns where sample i = 1..N_s of a direction lies in the image.
@@ -263,14 +265,14 @@ impl<'a> MethodScene<'a> {
         (!ignored).then(|| Sample { D: self.position(pixel.p + at, z) - pixel.P, z, taken })
     }
 
-    /// Returns whether the sample lies within R.
-    pub(super) fn within(&self, sample: &Sample, shift: Shift) -> bool {
-        sample.D.length() <= self.reach * (1.0 + shift.comparison)
+    /// Returns whether the sample lies within R of P.
+    pub(super) fn within(&self, pixel: &Pixel, sample: &Sample, shift: Shift) -> bool {
+        sample.D.length() <= self.reach.at(pixel.P.z) * (1.0 + shift.comparison)
     }
 
     /// Returns the attenuation W(r).
-    pub(super) fn attenuation(&self, r: f64) -> f64 {
-        weight(self.settings.attenuation, r, self.radius)
+    pub(super) fn attenuation(&self, pixel: &Pixel, r: f64) -> f64 {
+        weight(self.settings.attenuation, r, pixel.R)
     }
 
     /// Returns the sine of the elevation of the tangent T = du dP/dx' + dv dP/dy' (Eq. 6.2.11), where (du, dv) belongs
@@ -340,8 +342,8 @@ impl<'a> MethodScene<'a> {
     /// Returns R projected to the image at the depth z, in texels (Figure 6.2.11).
     pub(super) fn radius_in_texels(&self, z: f64) -> DVec2 {
         match self.projection {
-            Projection::Perspective { .. } => self.radius / (z * self.pixel_extent()),
-            Projection::Orthographic { .. } => self.radius / self.pixel_extent(),
+            Projection::Perspective { .. } => self.radius.at(z) / (z * self.pixel_extent()),
+            Projection::Orthographic { .. } => self.radius.at(z) / self.pixel_extent(),
         }
     }
 

@@ -12,7 +12,7 @@ use super::attenuation::weight;
 use super::trace::{Hit, Tracer};
 use crate::Error;
 use crate::scene::{Camera, Mesh};
-use crate::settings::{Attenuation, Settings};
+use crate::settings::{Attenuation, Length, Settings};
 use crate::threads::on_all_cores;
 use glam::DVec3;
 use rand_pcg::Pcg64Mcg;
@@ -56,7 +56,7 @@ pub struct Truth<'a> {
     tracer: Tracer<'a>,
     camera: &'a Camera,
     size: (usize, usize),
-    radius: f64,
+    radius: Length,
     attenuation: Attenuation,
     weight: Weight,
     rays: u32,
@@ -100,7 +100,7 @@ impl<'a> Truth<'a> {
             tracer: Tracer::new(mesh),
             camera,
             size,
-            radius: settings.radius_units()?,
+            radius: settings.radius_in(camera.projection)?,
             attenuation: settings.attenuation,
             weight: Weight::default(),
             rays,
@@ -149,6 +149,7 @@ impl<'a> Truth<'a> {
         let point = origin + seen.t * direction;
         let normal = self.tracer.normal(seen.triangle);
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+        let radius = self.radius_at(point);
         let (b1, b2) = normal.any_orthonormal_pair();
 
         let mut random = Pcg64Mcg::new(SEED ^ (pixel as u128) << 1);
@@ -162,18 +163,23 @@ impl<'a> Truth<'a> {
                 let (across, angle) = ((1.0 - up * up).sqrt(), TAU * turn);
                 let ray = up * normal + across * (angle.cos() * b1 + angle.sin() * b2);
                 if let Some(hit) = self.occluder(point, ray, seen.triangle) {
-                    occlusion += weight(self.attenuation, hit.t, self.radius);
+                    occlusion += weight(self.attenuation, hit.t, radius);
                 }
             }
             1.0 - occlusion / f64::from(self.rays / 2)
         }))
     }
 
+    /// Returns R at a point of the scene.
+    fn radius_at(&self, point: DVec3) -> f64 {
+        self.radius.at((point - self.camera.eye).dot(self.camera.forward))
+    }
+
     /// Finds the nearest triangle within R on a ray from a point on the triangle `own`, which is ignored. `ray` must
     /// have unit length.
     #[must_use]
     pub fn occluder(&self, point: DVec3, ray: DVec3, own: usize) -> Option<Hit> {
-        self.tracer.nearest_but(point, ray, self.clearance..=self.radius, own)
+        self.tracer.nearest_but(point, ray, self.clearance..=self.radius_at(point), own)
     }
 }
 

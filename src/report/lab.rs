@@ -24,7 +24,7 @@ pub(super) struct Seen {
     pub(super) depth: Image<f32>,
     pub(super) normals: Image<[f32; 3]>,
     tile: Image<[f32; 3]>,
-    projection: Projection,
+    pub(super) projection: Projection,
     near: f64,
 }
 

@@ -4,6 +4,7 @@ use super::subject::Subject;
 use crate::terminal::say;
 use glam::{DVec3, dvec3};
 use hbao::scene::{CORNELL_BOX, Lens, Mesh, NAVE, Scene, View};
+use hbao::settings::Method;
 use hbao::{Error, Settings};
 use std::collections::HashMap;
 use std::path::Path;
@@ -120,11 +121,11 @@ impl Model {
         if let Some(radius) = self.radius {
             arguments += &format!(" --radius {radius}");
         }
-        let default = Settings::default().resolved(mesh.diagonal()).radius_units();
+        let default = Settings::for_scene(Method::default()).resolved(mesh.diagonal());
         Subject {
             name: self.name.into(),
             key: self.key,
-            radius: self.radius.or(default.ok()).unwrap_or(1.0),
+            radius: self.radius.or(default.radius.units()).unwrap_or(1.0),
             mesh,
             view: View {
                 eye: Some(eye),

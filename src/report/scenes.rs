@@ -4,8 +4,8 @@ use super::subject::Subject;
 use glam::{DVec3, dvec3};
 use hbao::scene::{Lens, Mesh, View};
 use hbao::settings::Method;
-use hbao::{Error, Settings};
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use hbao::{Error, Projection, Settings};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::rc::Rc;
 
 /// The angle bias of the figures on creases, in degrees. It is larger than the angle between two facets of the vault.
@@ -100,7 +100,8 @@ pub(super) fn pit(size: (u32, u32), solid: bool) -> Result<Subject, Error> {
         }
     }
     // The depth sigma of `ssao` is a quarter of its reach.
-    let reach = 4.0 * Settings::for_method(Method::Ssao).depth_sigma()?.at(eye);
+    let view = Projection::perspective(FRAC_PI_2, 1.0);
+    let reach = 4.0 * Settings::for_method(Method::Ssao).depth_sigma(view)?.at(eye);
     let (key, name) = if solid { ("hole", "hole in a block") } else { ("pit", "pit behind a thin rim") };
     let mut pit = subject(key, name, quads(all)?, dvec3(0.0, eye, 0.0), DVec3::ZERO, reach);
     pit.view.lens = Some(right_angle(size));

@@ -34,10 +34,9 @@ impl Settings {
             [f64::from(size.0) * width, f64::from(size.1) * height]
                 .map(|side| longest * side / scale + 1.0 + half_depth)
         } else {
-            let nearer = if projection.is_perspective() { nearest } else { 1.0 };
             // With `snap = step` every step and the jitter's offset are rounded by up to half a texel.
             let rounded = if self.snap == Snap::Step { f64::from(self.steps + 1) } else { 1.0 } / 2.0;
-            self.radius_in_texels(projection, size)?.map(|radius| radius / nearer + rounded)
+            self.radius_px(projection, size)?.at(nearest).map(|radius| radius + rounded)
         };
         // Texel i of half resolution stands for the pixel 2i. A number too large for u32 becomes the largest one.
         Ok(texels.map(|texels| ((texels.ceil() * scale) as u32).saturating_add(self.blur_reach())))

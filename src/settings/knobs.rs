@@ -22,7 +22,8 @@ pub enum Kind {
     Number(f64, f64),
     /// A finite number above 0.
     Positive,
-    /// A finite length above 0 in scene units, or a finite percentage above 0, such as `5%`.
+    /// A finite length above 0 in scene units, or a finite percentage above 0 of the scene's size, such as `5%`, or of
+    /// the view's height, such as `5%view`.
     Length,
     /// One of these whole numbers.
     OneOf(&'static [u32]),
@@ -118,6 +119,23 @@ impl Knob {
         }
     }
 
+    /// Checks that the setting has an accepted value.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it has not. In the message an angle is in radians, as in [`Settings`].
+    pub(super) fn check(&self, settings: &Settings) -> Result<(), Error> {
+        if self.is_unset(settings) {
+            return Ok(());
+        }
+        self.set(&mut settings.clone(), &self.text(settings)).map_err(|error| match (self.kind, (self.get)(settings)) {
+            (Kind::Degrees(min, max), Value::Number(degrees)) => {
+                let [value, min, max] = [degrees, min, max].map(f64::to_radians);
+                Error::Usage(format!("{}: {value:.4} is not an angle from {min} to {max:.4} radians", self.name))
+            }
+            _ => error,
+        })
+    }
+
     /// Returns true for a setting without a value of its own, whose value follows from other settings.
     pub(super) fn is_unset(&self, settings: &Settings) -> bool {
         self.text(settings).is_empty()
@@ -164,27 +182,30 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 fn length(text: &str) -> Result<Radius, String> {
-    let parsed = match text.trim().strip_suffix('%') {
-        Some(percent) => positive(percent).map(Radius::Percent),
-        None => positive(text).map(Radius::Units),
+    let trimmed = text.trim();
+    let parsed = if let Some(percent) = trimmed.strip_suffix("%view") {
+        positive(percent).map(|percent| Radius::OfView(percent / 100.0))
+    } else if let Some(percent) = trimmed.strip_suffix('%') {
+        positive(percent).map(Radius::Percent)
+    } else {
+        positive(text).map(Radius::Units)
     };
     parsed.map_err(|_| {
         format!(
-            "'{}' is not a length above 0: write it in scene units, such as 1.5, or as a percentage of the scene's \
-             size, such as 5%",
+            "'{}' is not a length above 0: write it in scene units, such as 1.5, as a percentage of the scene's size, \
+             such as 5%, or as a percentage of the view's height, such as 5%view",
             Error::shown(text)
         )
     })
 }
 
-/// Converts radians to the number of degrees that the user typed. For 30 degrees the result is 30, although converting
-/// 30 degrees to radians and back gives 29.999999999999996. If possible, converting the result to radians gives
-/// `radians` again.
-fn typed_degrees(radians: f64) -> f64 {
-    let degrees = radians.to_degrees();
-    let short = (degrees * 1e10).round() / 1e10;
-    let near = [short, degrees, degrees.next_up(), degrees.next_down()];
-    near.into_iter().find(|degrees| degrees.to_radians() == radians).unwrap_or(short)
+/// Returns the number that the user typed, which was read by `read`; `number` is that number up to rounding. For 30
+/// degrees the result is 30, although converting 30 degrees to radians and back gives 29.999999999999996. If possible,
+/// reading the result gives `value` again.
+fn typed(value: f64, number: f64, read: impl Fn(f64) -> f64) -> f64 {
+    let short = (number * 1e10).round() / 1e10;
+    let near = [short, number, number.next_up(), number.next_down()];
+    near.into_iter().find(|&number| read(number) == value).unwrap_or(short)
 }
 
 macro_rules! knobs {
@@ -209,11 +230,14 @@ macro_rules! knobs {
     (@kind $kind:ident $($argument:expr),+) => { Kind::$kind($($argument),+) };
     (@get Word $field:expr) => { Value::Text($field.name().into()) };
     (@get WordOrUnset $field:expr) => { Value::Text($field.map_or("", |choice| choice.name()).into()) };
-    (@get Degrees $field:expr) => { Value::Number(typed_degrees($field)) };
+    (@get Degrees $field:expr) => { Value::Number(typed($field, $field.to_degrees(), f64::to_radians)) };
     (@get Length $field:expr) => {
         match $field {
             Radius::Units(units) => Value::Number(units),
             Radius::Percent(percent) => Value::Text(format!("{percent}%")),
+            Radius::OfView(share) => {
+                Value::Text(format!("{}%view", typed(share, share * 100.0, |percent| percent / 100.0)))
+            }
         }
     };
     (@get PositiveOrUnset $field:expr) => { $field.map_or(Value::Text(String::new()), Value::Number) };
@@ -237,7 +261,8 @@ macro_rules! knobs {
 knobs! {
     "method" "METHOD" method Word: Method = "The ambient occlusion method";
     "radius" "R" radius Length =
-        "R, the distance beyond which nothing occludes, in scene units or as N% of the bounding box's diagonal";
+        "R, the distance beyond which nothing occludes: in scene units, as N% of the bounding box's diagonal, or as \
+         N%view of the view's height at the depth of the pixel";
     "directions" "N" directions Count(1, 64) = "N_d, the number of directions around each pixel";
     "steps" "N" steps Count(1, 256) = "N_s, the number of steps along each direction";
     "rays" "N" rays Count(1, 64) = "N_r, the number of rays that ray-march casts at each azimuth";

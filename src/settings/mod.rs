@@ -12,6 +12,7 @@ mod file;
 mod guard;
 mod idle;
 mod knobs;
+mod length;
 pub(crate) mod method;
 mod samples;
 
@@ -21,39 +22,11 @@ pub use choice::{
 };
 pub use idle::Idle;
 pub use knobs::{KNOBS, Kind, Knob};
+pub use length::{Length, Radius};
 pub use method::{Marker, Method, MethodBlur, MethodFacts, TileKind};
 
 use crate::Error;
-
-/// R, the distance beyond which nothing occludes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Radius {
-    /// A length in scene units.
-    Units(f64),
-    /// A percentage of the diagonal of the scene's bounding box.
-    Percent(f64),
-}
-
-/// The depth sigma s_z of the blur. Taps whose depth differs from the pixel's by much more than s_z hardly count. A
-/// pixel whose depth samples span more than s_z is an edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DepthSigma {
-    /// A length in scene units.
-    Units(f64),
-    /// A share of the depth at the pixel.
-    OfDepth(f64),
-}
-
-impl DepthSigma {
-    /// Returns the sigma in scene units at depth `z`.
-    #[must_use]
-    pub fn at(self, z: f64) -> f64 {
-        match self {
-            DepthSigma::Units(sigma) => sigma,
-            DepthSigma::OfDepth(share) => share * z,
-        }
-    }
-}
+use crate::projection::Projection;
 
 /// All settings of ambient occlusion and of the pipeline around it. Angles are in radians.
 ///
@@ -62,8 +35,8 @@ impl DepthSigma {
 pub struct Settings {
     /// The ambient occlusion method.
     pub method: Method,
-    /// R, the radius of influence. A percentage must be converted to scene units ([`Settings::resolved`]) before
-    /// anything is rendered.
+    /// R, the radius of influence. A percentage of a scene's size must be converted to scene units
+    /// ([`Settings::resolved`]) before anything is rendered.
     pub radius: Radius,
     /// N_d, the number of directions around each pixel: 1 to 64.
     pub directions: u32,
@@ -130,12 +103,12 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// The chapter's method (ShaderX7 6.2) with 8 directions of 8 steps, a radius of 5 % of the bounding box's
-    /// diagonal, a 9x9 blur, 4 samples per pixel and 8-bit targets for normals and ambient occlusion.
+    /// The chapter's method (ShaderX7 6.2) with 8 directions of 8 steps, a radius of 5 % of the view's height, a 9x9
+    /// blur, 4 samples per pixel and 8-bit targets for normals and ambient occlusion.
     fn default() -> Settings {
         Settings {
             method: Method::default(),
-            radius: Radius::Percent(5.0),
+            radius: Radius::OfView(0.05),
             directions: 8,
             steps: 8,
             rays: 4,
@@ -177,34 +150,65 @@ impl Settings {
         (method.facts().defaults)(Settings { method, ..Settings::default() })
     }
 
-    /// Returns the same settings with the radius in scene units. `diagonal` is the diagonal of the scene's bounding
-    /// box, of which [`Radius::Percent`] is a percentage.
+    /// Returns the default settings of a method for a scene whose size is known, as the command has them: the radius is
+    /// 5 % of the diagonal of the scene's bounding box.
+    #[must_use]
+    pub fn for_scene(method: Method) -> Settings {
+        Settings { radius: Radius::Percent(5.0), ..Settings::for_method(method) }
+    }
+
+    /// Returns the same settings with a radius that needs no scene. `diagonal` is the diagonal of the scene's bounding
+    /// box, of which [`Radius::Percent`] is a percentage; it becomes a length in scene units.
     #[must_use]
     pub fn resolved(&self, diagonal: f64) -> Settings {
         let radius = match self.radius {
             Radius::Percent(percent) => Radius::Units(percent / 100.0 * diagonal),
-            units => units,
+            other => other,
         };
         Settings { radius, ..self.clone() }
     }
 
-    /// Returns R in scene units.
+    /// Returns R in a view with this projection.
     ///
     /// # Errors
     /// [`Error::Usage`] if the radius is still a percentage of a scene's size.
-    pub fn radius_units(&self) -> Result<f64, Error> {
+    pub fn radius_in(&self, projection: Projection) -> Result<Length, Error> {
         match self.radius {
-            Radius::Units(radius) => Ok(radius),
+            Radius::Units(radius) => Ok(Length::Units(radius)),
+            Radius::OfView(share) => {
+                let height = projection.whole_height();
+                Ok(match projection {
+                    Projection::Perspective(_) => Length::OfDepth(share * height),
+                    Projection::Orthographic(_) => Length::Units(share * height),
+                })
+            }
+            Radius::Percent(_) => self.check_radius().and(Ok(Length::Units(0.0))),
+        }
+    }
+
+    /// Checks that the radius needs no scene.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a percentage of a scene's size.
+    pub(crate) fn check_radius(&self) -> Result<(), Error> {
+        match self.radius {
+            Radius::Units(_) | Radius::OfView(_) => Ok(()),
             Radius::Percent(percent) => Err(Error::Usage(format!(
-                "radius {percent}% needs a scene's size: give it in scene units (Radius::Units)"
+                "radius {percent}% needs a scene's size: give it in scene units (Radius::Units), or as a share of the view \
+                 (Radius::OfView)"
             ))),
         }
     }
 
-    /// Returns R in scene units for the passes of the method. It is 0 for a method that reads no radius, whatever the
+    /// Returns R in a view for the passes of the method. It is 0 for a method that reads no radius, whatever the
     /// setting is.
-    pub(crate) fn radius_read(&self) -> Result<f64, Error> {
-        if self.method.reads("radius") { self.radius_units() } else { Ok(0.0) }
+    pub(crate) fn radius_read(&self, projection: Projection) -> Result<Length, Error> {
+        if self.method.reads("radius") { self.radius_in(projection) } else { Ok(Length::Units(0.0)) }
+    }
+
+    /// Returns whether R is in proportion to depth in a view, for a method that reads it.
+    pub(crate) fn radius_of_depth(&self, perspective: bool) -> bool {
+        perspective && self.method.reads("radius") && matches!(self.radius, Radius::OfView(_))
     }
 
     /// Returns how many pixels one texel of unblurred ambient occlusion stands for, in x and in y: 2 at half
@@ -218,20 +222,28 @@ impl Settings {
     /// the method's share ([`MethodFacts::depth_sigma`]) of the distance within which the method looks for occluders:
     /// of R, or for `ssao` of 2 P.z l_n, the offset in depth of its farthest sample.
     ///
+    /// Taps whose depth differs from the pixel's by much more than s_z hardly count. A pixel whose depth samples span
+    /// more than s_z is an edge.
+    ///
     /// # Errors
     /// [`Error::Usage`] if the sigma follows from a radius in percent.
-    pub fn depth_sigma(&self) -> Result<DepthSigma, Error> {
+    pub fn depth_sigma(&self, projection: Projection) -> Result<Length, Error> {
         let facts = self.method.facts();
         match (self.blur_depth_sigma, facts.blur) {
-            (Some(sigma), _) => Ok(DepthSigma::Units(sigma)),
+            (Some(sigma), _) => Ok(Length::Units(sigma)),
             (None, MethodBlur::Crysis) => {
                 let farthest = 2.0 * ssao_length(self.ssao_samples, self.ssao_samples);
-                Ok(DepthSigma::OfDepth(farthest * facts.depth_sigma))
+                Ok(Length::OfDepth(farthest * facts.depth_sigma))
             }
-            (None, MethodBlur::Gaussian | MethodBlur::None) => {
-                Ok(DepthSigma::Units(self.radius_units()? * facts.depth_sigma))
-            }
+            (None, MethodBlur::Gaussian | MethodBlur::None) => Ok(self.radius_in(projection)?.times(facts.depth_sigma)),
         }
+    }
+
+    /// Returns whether the depth sigma is in proportion to depth in a view.
+    pub(crate) fn sigma_of_depth(&self, perspective: bool) -> bool {
+        self.blur_depth_sigma.is_none()
+            && (self.method.facts().blur == MethodBlur::Crysis
+                || perspective && matches!(self.radius, Radius::OfView(_)))
     }
 
     /// Returns whether `ssao` returns A^2 + A. It is [`Settings::ssao_curve`] if that is set. Otherwise it is on, but
@@ -254,12 +266,21 @@ impl Settings {
     /// Checks that every field is in its range, and that the fields go together.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range. The same
-    /// error for two settings that exclude each other; see [`Settings::snap`].
+    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range, angles in
+    /// radians. The same error for two settings that exclude each other; see [`Settings::snap`].
     pub fn validate(&self) -> Result<(), Error> {
-        let mut copy = self.clone();
-        KNOBS.iter().filter(|knob| !knob.is_unset(self)).try_for_each(|knob| knob.set(&mut copy, &knob.text(self)))?;
+        KNOBS.iter().try_for_each(|knob| knob.check(self))?;
         self.check_steps()
+    }
+
+    /// Returns whether these settings and others are compiled to the same shaders. They differ then only in numbers that
+    /// the shaders read at run time.
+    pub(crate) fn same_shaders(&self, other: &Settings) -> bool {
+        let &Settings { radius, bias, strength, blur_depth_sigma, .. } = other;
+        std::mem::discriminant(&self.radius) == std::mem::discriminant(&radius)
+            && (self.bias > 0.0) == (bias > 0.0)
+            && self.blur_depth_sigma.is_some() == blur_depth_sigma.is_some()
+            && Settings { radius, bias, strength, blur_depth_sigma, ..self.clone() } == *other
     }
 
     /// Checks that the method's samples are evenly spaced if all steps are rounded at once.

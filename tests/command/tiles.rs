@@ -61,7 +61,7 @@ fn ambiguous(folder: &Path, lens: Lens) -> [Image<bool>; 2] {
     let inputs = TwinInputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
     let raw = reference::ambiguous(&inputs, &settings).unwrap();
     let ao = floats(folder, "whole/ao_raw.exr").map(f64::from);
-    let blurred = blur::ambiguous(&ao, &depth, &[], &settings).unwrap();
+    let blurred = blur::ambiguous(&ao, &depth, &[], projection, &settings).unwrap();
     // The blur spreads what is in doubt.
     let (reach, scale) = (settings.blur_reach() as usize, depth.width.div_ceil(raw.width));
     let blurred = Image::from_fn(blurred.width, blurred.height, |x, y| {

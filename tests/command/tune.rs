@@ -80,7 +80,7 @@ fn the_library_reads_the_file_and_renders_the_same() {
     let (settings, report, _) =
         tune(folder.path(), "cornell-box --size 48x36 --max-error 0.15 --method hbao --steps 4 --jitter none");
     // The radius is in scene units, because the library does not know how large a scene is.
-    let radius = settings.radius_units().unwrap();
+    let radius = settings.radius.units().unwrap();
     assert!(radius > 0.0);
     let found = rendered_rmse(folder.path(), "cornell-box --size 48x36", "");
     let scene = Scene::open(CORNELL_BOX).unwrap();

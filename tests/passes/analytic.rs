@@ -344,7 +344,8 @@ fn the_blur_of_a_constant_is_that_constant() {
     let depth = Image::from_fn(31, 23, |x, y| 5.0 + ((x * 7 + y * 13) % 11) as f32 / 10.0);
     for blur_kernel in [BlurKernel::Separable, BlurKernel::Full] {
         let settings = Settings { blur: 9, blur_kernel, ..rig::float_settings(1.0) };
-        let got = reference::blur::blur(&depth.map(|_| 0.625), &depth, &[], &settings).unwrap();
+        let got =
+            reference::blur::blur(&depth.map(|_| 0.625), &depth, &[], perspective(1.0, (1, 1)), &settings).unwrap();
         hold("blur", &got, &got.map(|_| 0.625), &got.map(|_| true), everywhere(1e-12), "");
     }
 }
@@ -355,7 +356,7 @@ fn the_blur_does_not_cross_a_step_much_deeper_than_sigma() {
     let ao = Image::from_fn(31, 23, |x, _| if x < 15 { 0.25 } else { 0.75 });
     for blur_kernel in [BlurKernel::Separable, BlurKernel::Full] {
         let settings = Settings { blur: 21, blur_kernel, blur_depth_sigma: Some(0.1), ..rig::float_settings(1.0) };
-        let got = reference::blur::blur(&ao, &depth, &[], &settings).unwrap();
+        let got = reference::blur::blur(&ao, &depth, &[], perspective(1.0, (1, 1)), &settings).unwrap();
         hold("blur", &got, &ao, &got.map(|_| true), everywhere(1e-12), "");
     }
 }
@@ -366,7 +367,7 @@ fn a_depth_difference_of_sigma_weighs_exp_of_minus_one_half() {
     let depth = Image::from_fn(2, 1, |x, _| 5.0 + 0.5 * x as f32);
     let ao = Image::from_fn(2, 1, |x, _| x as f64);
     let settings = Settings { blur: 3, ..rig::float_settings(2.0) };
-    let got = reference::blur::blur(&ao, &depth, &[], &settings).unwrap();
+    let got = reference::blur::blur(&ao, &depth, &[], perspective(1.0, (1, 1)), &settings).unwrap();
     // s = 1, so the neighbour has the weight exp(-1/2) for its place, and the same again for its depth.
     let weight = (-1.0f64).exp();
     assert!((got.at(0, 0) - weight / (1.0 + weight)).abs() < 1e-12);

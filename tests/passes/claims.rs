@@ -185,7 +185,9 @@ fn the_separated_blur_stays_near_the_full_one() {
                 [BlurKernel::Separable, BlurKernel::Full].map(|blur_kernel| {
                     let settings = Settings { blur: size, blur_kernel, ..rig::float_settings(shot.radius) };
                     let frame = rig::render(context.gl(), &shot, SIZE, &settings);
-                    let twin = blur(&frame.raw.map(f64::from), &frame.depth, &frame.samples, &settings).unwrap();
+                    let twin =
+                        blur(&frame.raw.map(f64::from), &frame.depth, &frame.samples, frame.projection, &settings)
+                            .unwrap();
                     (frame, twin)
                 });
             let by_shader = difference(&separable.ao.map(f64::from), &full.ao.map(f64::from), &full.depth);
@@ -213,7 +215,10 @@ fn the_separated_blur_is_exact_where_depth_changes_along_one_axis() {
     for size in [9, 21] {
         let of = |blur_kernel| Settings { blur: size, blur_kernel, steps: 3, ..bare(Method::Hbao, 8.0) };
         let [(shader, x_y), (shader_full, square)] = [BlurKernel::Separable, BlurKernel::Full].map(|kernel| {
-            (steps.by_shader(context.gl(), &of(kernel)), blur(&ao, &steps.depth, &[], &of(kernel)).unwrap())
+            (
+                steps.by_shader(context.gl(), &of(kernel)),
+                blur(&ao, &steps.depth, &[], steps.projection, &of(kernel)).unwrap(),
+            )
         });
         hold("twin", &x_y, &square, &ao.map(|_| true), everywhere(1e-12), "");
         hold("shader", &shader, &shader_full, &ao.map(|_| true), everywhere(FLOAT), "");

@@ -213,8 +213,8 @@ fn pictures_of_few_texels_match_their_twins_at_half_resolution_with_the_blur() {
                 let inputs = view.twin_inputs(&tile);
                 let raw = reference::visibility(&inputs, &unblurred).unwrap();
                 let ambiguous = reference::ambiguous(&inputs, &unblurred).unwrap();
-                let expected = reference::blur::blur(&raw, &view.depth, &[], &settings).unwrap();
-                let unsure = reference::blur::ambiguous(&raw, &view.depth, &[], &settings).unwrap();
+                let expected = reference::blur::blur(&raw, &view.depth, &[], view.projection, &settings).unwrap();
+                let unsure = reference::blur::ambiguous(&raw, &view.depth, &[], view.projection, &settings).unwrap();
                 // In so small a picture, the blur spreads one ambiguous texel over all pixels.
                 let clear = ambiguous.texels.iter().all(|&a| !a);
                 assert!(clear, "{text}: choose another seed");
@@ -313,7 +313,7 @@ fn a_tie_between_the_nearest_taps_is_ambiguous() {
     let depth = Image::from_fn(5, 1, |x, _| [0.1f32, 0.2, 0.3, 0.4, 0.5][x]);
     let ao = Image { width: 3, height: 1, texels: vec![0.0, 0.5, 1.0] };
     let settings = Settings { half_res: true, blur: 3, blur_depth_sigma: Some(1e-3), ..rig::float_settings(1.0) };
-    let ambiguous = reference::blur::ambiguous(&ao, &depth, &[], &settings).unwrap();
+    let ambiguous = reference::blur::ambiguous(&ao, &depth, &[], Projection::perspective(1.0, 5.0), &settings).unwrap();
     assert_eq!(ambiguous.texels, [false, true, false, true, false]);
 }
 

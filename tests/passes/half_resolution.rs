@@ -88,13 +88,14 @@ fn a_mirrored_world_gives_the_mirrored_image_at_an_odd_size() {
 fn the_blur_brings_a_ramp_to_full_size_without_moving_it() {
     for (width, height) in [(48, 32), (49, 33)] {
         let depth = Image::filled(width, height, 5.0f32);
+        let view = Projection::perspective(1.0, 1.5);
         let ramp = |x: usize, y: usize| 0.3 + 0.005 * x as f64 + 0.004 * y as f64;
         // Texel (i, j) was computed at pixel (2i, 2j).
         let half = Image::from_fn(width.div_ceil(2), height.div_ceil(2), |i, j| ramp(2 * i, 2 * j));
         for kernel in KERNELS {
             for blur in [3, 9, 21] {
                 let settings = Settings { half_res: true, blur, blur_kernel: kernel, ..rig::float_settings(1.0) };
-                let got = reference::blur::blur(&half, &depth, &[], &settings).unwrap();
+                let got = reference::blur::blur(&half, &depth, &[], view, &settings).unwrap();
                 // Nearer to the border, taps are missing on one side.
                 let inside = |side: usize, at: usize| (11..side - 12).contains(&at);
                 let mask = Image::from_fn(width, height, |x, y| inside(width, x) && inside(height, y));

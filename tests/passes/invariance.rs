@@ -48,8 +48,7 @@ fn a_world_scaled_by_a_power_of_two_looks_the_same_to_the_bit() {
         let frame = rig::render(context.gl(), shot, SIZE, settings);
         for factor in [-40, -20, 20, 40].map(|n| 2f64.powi(n)) {
             let scaled = shot.scaled(factor);
-            let settings =
-                Settings { radius: Radius::Units(settings.radius_units().unwrap() * factor), ..settings.clone() };
+            let settings = rig::scaled(settings, factor);
             let other = rig::render(context.gl(), &scaled, SIZE, &settings);
             hold_identical(&other, &frame, &format!("{what} by {factor:e}"));
         }

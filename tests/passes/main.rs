@@ -5,6 +5,7 @@
 mod rig;
 
 mod analytic;
+mod changes;
 mod claims;
 mod comparator;
 mod context;
@@ -20,11 +21,14 @@ mod half_resolution;
 mod inputs;
 mod invariance;
 mod off_centre;
+mod output;
 mod precision;
+mod radius;
 mod request;
 mod shaders;
 mod ssao;
 mod state;
 mod truth;
 mod twins;
+mod versions;
 mod view;

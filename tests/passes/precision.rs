@@ -93,8 +93,8 @@ fn the_twins_compute_the_same_from_float32_and_from_the_same_numbers_in_float64(
     let wide = reference::TwinInputs { depth: &depth, normals: &normals, tile: &tile, projection, near };
     let of_wide = reference::visibility(&wide, &settings).unwrap();
     assert_eq!(of_wide, reference::visibility(&frame.inputs(), &settings).unwrap());
-    let blurred = reference::blur::blur(&of_wide, &frame.depth, &[], &settings).unwrap();
-    assert_eq!(reference::blur::blur(&of_wide, &depth, &[], &settings).unwrap(), blurred);
+    let blurred = reference::blur::blur(&of_wide, &frame.depth, &[], projection, &settings).unwrap();
+    assert_eq!(reference::blur::blur(&of_wide, &depth, &[], projection, &settings).unwrap(), blurred);
     // The twins do react to differences that float32 cannot represent.
     let moved = depth.map(|z| if z.is_finite() { z * (1.0 + 1e-9 * (9.0 * z).sin()) } else { z });
     let wide = reference::TwinInputs { depth: &moved, ..wide };

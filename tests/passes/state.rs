@@ -11,10 +11,10 @@ use glow::HasContext as _;
 use hbao::context::Context;
 use hbao::image::Image;
 use hbao::scene::{Extents, Projection};
-use hbao::settings::{AoFormat, Method, Radius, SsaoDepth};
+use hbao::settings::{AoFormat, Jitter, Method, Radius, SsaoDepth};
 use hbao::{
-    AmbientOcclusion, DepthEncoding, Error, Format, Inputs, NormalEncoding, Pipeline, Request, Settings, TextureRef,
-    TextureTarget, check_size, format_renders, size_limit,
+    AmbientOcclusion, DepthEncoding, Destination, Error, Format, Inputs, NormalEncoding, Output, Pipeline, Request,
+    Settings, TextureRef, TextureTarget, Write, check_size, format_renders, size_limit,
 };
 use report::{Reporter, State};
 use std::collections::BTreeSet;
@@ -187,6 +187,16 @@ fn hold_state(settings: &Settings) {
             let got = read_red_undisturbed(gl, visibility, view.depth.texels.len());
             assert_eq!(got, expected.texels, "{}, {target:?}", backend.name());
             assert_same(&before, &reporter.state(), "reading");
+            for write in [Write::Visibility, Write::Multiplied(0.5), Write::MultipliedByShare(textures.inputs.depth)] {
+                let to = Destination::Texture(textures.inputs.normals.unwrap());
+                ao.render_into(&textures.inputs, &Output { to, corner: (0, 0), write }).unwrap();
+                assert_same(&before, &reporter.state(), "writing to an image");
+            }
+            let other = Settings { half_res: !settings.half_res, jitter: Jitter::None, ..settings.clone() };
+            assert!(ao.set(&other).unwrap());
+            assert_same(&before, &reporter.state(), "other settings");
+            ao.resize((SIZE.0 / 2, SIZE.1)).unwrap();
+            assert_same(&before, &reporter.state(), "another size");
             drop(ao);
             assert_same(&before, &reporter.state(), "drop");
         }

@@ -8,7 +8,7 @@ use hbao::Settings;
 use hbao::reference::trace::Tracer;
 use hbao::reference::truth::{Traced, Truth, Weight};
 use hbao::scene::{Camera, Lens, Mesh, Scene, View};
-use hbao::settings::{Attenuation, Radius};
+use hbao::settings::{Attenuation, Method, Radius};
 use std::f64::consts::{PI, TAU};
 
 /// A distance that is large enough for a plane to count as infinite.
@@ -214,7 +214,7 @@ fn an_odd_number_of_rays_and_a_radius_in_percent_are_refused() {
     for rays in [0, 1, 7] {
         assert!(Truth::new(&scene.mesh, &camera, (4, 4), &of(1.0, Attenuation::None), rays).is_err());
     }
-    assert!(Truth::new(&scene.mesh, &camera, (4, 4), &Settings::default(), 4).is_err());
+    assert!(Truth::new(&scene.mesh, &camera, (4, 4), &Settings::for_scene(Method::Hbao), 4).is_err());
 }
 
 /// Intersects triangles in another way: with edges and determinants (Moller and Trumbore 1997), and without a

@@ -61,7 +61,7 @@ impl ByHand {
     /// Computes it with the float64 twins.
     pub fn by_twin(&self, settings: &Settings) -> Image<f64> {
         let raw = reference::visibility(&self.twin_inputs(&rotation_tile(settings)), settings).unwrap();
-        reference::blur::blur(&raw, &self.depth, &[], settings).unwrap()
+        reference::blur::blur(&raw, &self.depth, &[], self.projection, settings).unwrap()
     }
 
     /// Computes it with the shaders and with the twins, so that a test can compare both with the same closed form.

@@ -225,8 +225,15 @@ pub fn every_switch() -> Vec<Settings> {
         },
         Settings { exit: Exit::Shorten, steps: 24, ..base(100.0) },
         Settings { exit: Exit::Shorten, steps: 40, half_res: true, strength: 3.0, ..base(403.0) },
+        Settings { radius: Radius::OfView(0.2), ..base(1.0) },
     ];
     chapter.into_iter().chain(others).chain(more).collect()
+}
+
+/// Returns the settings for a scene that is scaled by this factor.
+pub fn scaled(settings: &Settings, factor: f64) -> Settings {
+    let radius = settings.radius.units().map_or(settings.radius, |radius| Radius::Units(radius * factor));
+    Settings { radius, ..settings.clone() }
 }
 
 /// Returns the default settings, except for the given radius and for what a comparison in float needs.

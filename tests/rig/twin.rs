@@ -91,7 +91,7 @@ pub fn hold_edges(frame: &Frame, settings: &Settings, context: &str) {
     let one = |edge: bool| f64::from(u8::from(edge));
     let expected = match frame.samples.as_slice() {
         [] => frame.depth.map(|_| false),
-        samples => reference::edges::edges(samples, settings).unwrap(),
+        samples => reference::edges::edges(samples, frame.projection, settings).unwrap(),
     };
     let all = frame.depth.map(|_| true);
     hold("edges", &frame.edges.map(one), &expected.map(one), &all, super::everywhere(0.0), context);
@@ -141,7 +141,8 @@ pub fn hold_visibility(got: &Image<f32>, inputs: &reference::TwinInputs, setting
 
 /// Checks the blur, applied to the ambient occlusion that the GPU itself has made.
 pub fn hold_blur(frame: &Frame, settings: &Settings, context: &str) {
-    let expected = reference::blur::blur(&frame.raw.map(f64::from), &frame.depth, &frame.samples, settings).unwrap();
+    let raw = frame.raw.map(f64::from);
+    let expected = reference::blur::blur(&raw, &frame.depth, &frame.samples, frame.projection, settings).unwrap();
     let tolerance = match settings.ao_format {
         AoFormat::R32f => 1e-4,
         // Each of the two passes rounds by half a step, or by a whole one if the driver truncates.

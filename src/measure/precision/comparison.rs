@@ -101,7 +101,7 @@ impl Comparer {
         let (z, n) = (seen.map(|s| s.depth), seen.map(|s| s.normal.to_array()));
         let unrounded = reference::TwinInputs { depth: &z, normals: &n, tile: &tile, projection, near };
         let on_exact = (reference::visibility(&unrounded, settings)?, reference::ambiguous(&unrounded, settings)?);
-        let exact_shown = reference::blur::blur(&on_exact.0, &z, &[], settings)?;
+        let exact_shown = reference::blur::blur(&on_exact.0, &z, &[], projection, settings)?;
 
         let covered: Vec<usize> = (0..depth.texels.len()).filter(|&i| depth.texels[i].is_finite()).collect();
         let both: Vec<usize> = covered.iter().copied().filter(|&i| z.texels[i].is_finite()).collect();

@@ -42,9 +42,8 @@ impl Requirements {
         let depths = depth.texels.iter().filter(|z| z.is_finite());
         let (nearest, farthest) = depths.fold((f32::INFINITY, 0.0f32), |(a, b), &z| (a.min(z), b.max(z)));
         let projection = shot.camera.projection;
-        let [x, y] = Settings { half_res: false, ..base.clone() }.radius_in_texels(projection, shot.size)?;
-        let in_texels = |z: f32| x.min(y) / if projection.is_perspective() { f64::from(z) } else { 1.0 };
-        let radius_px = (in_texels(farthest), in_texels(nearest));
+        let in_texels = Settings { half_res: false, ..base.clone() }.radius_px(projection, shot.size)?;
+        let radius_px = (in_texels.least(farthest.into()), in_texels.least(nearest.into()));
         let samples = pipeline.samples();
         let mut edge_pixels = [0; 3];
         if samples > 1 {
@@ -102,11 +101,12 @@ mod tests {
     #[test]
     fn methods_have_the_same_edges_if_their_blurs_have_the_same_depth_sigma() {
         let settings = |method| Settings { radius: Radius::Units(1.0), ..Settings::for_method(method) };
+        let view = Projection::perspective(1.0, 1.0);
         let kinds = [Method::Hbao, Method::HbaoView, Method::Ssao];
         for (i, of_kind) in kinds.into_iter().enumerate() {
             assert_eq!(edge_kind(of_kind), i);
             for &method in Method::ALL {
-                let same = settings(method).depth_sigma().unwrap() == settings(of_kind).depth_sigma().unwrap();
+                let same = settings(method).depth_sigma(view).unwrap() == settings(of_kind).depth_sigma(view).unwrap();
                 assert_eq!(edge_kind(method) == i, same, "{} {}", method.name(), of_kind.name());
             }
         }

@@ -13,7 +13,7 @@ use super::sampling::{EXACT, MethodScene, Pixel};
 use super::terms::Terms;
 use crate::Error;
 use crate::projection::Projection;
-use crate::settings::Settings;
+use crate::settings::{Length, Settings};
 use crate::threads::on_all_cores;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -87,7 +87,7 @@ impl<'a> Anatomy<'a> {
     /// because the others are not meant for distances beyond R.
     #[must_use]
     pub fn with_outliers(mut self) -> Anatomy<'a> {
-        self.scene.reach = f64::INFINITY;
+        self.scene.reach = Length::Units(f64::INFINITY);
         self
     }
 
@@ -119,7 +119,7 @@ impl<'a> Anatomy<'a> {
             let fate = if place.taken == DVec2::ZERO { Fate::OwnTexel } else { Fate::Background };
             SampleAnatomy { index, meant: place.meant, taken: place.taken, fate, found: None, contribution: 0.0 }
         });
-        let attenuation = |r| scene.attenuation(r);
+        let attenuation = |r| scene.attenuation(&pixel, r);
         let mut told = slice::Collector { samples: samples.collect(), sin_t: None, attenuation: &attenuation };
         let occlusion = self.observe(&pixel, k, &mut told);
         Some(Slice {

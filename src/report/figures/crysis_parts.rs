@@ -27,7 +27,7 @@ fn single(image: &Image<f64>) -> Image<f32> {
 fn ranges(seen: &Seen, settings: &Settings) -> Result<[Image<f64>; 2], Error> {
     let inputs = seen.inputs();
     let size = (seen.depth.width, seen.depth.height);
-    let image = |twin: Anatomy| blur::blur(&drawn(&twin, (0, 0), size), &seen.depth, &[], settings);
+    let image = |twin: Anatomy| blur::blur(&drawn(&twin, (0, 0), size), &seen.depth, &[], seen.projection, settings);
     let twin = || Anatomy::new(&inputs, settings);
     Ok([image(twin()?.without_range_check())?, image(twin()?)?])
 }
@@ -127,10 +127,11 @@ pub(in crate::report) fn mixing(lab: &Lab, subject: &Subject) -> Result<Mixing, 
         ideal.texels.iter_mut().zip(&turned.texels).for_each(|(sum, a)| *sum += a / 16.0);
     }
     let raw = reference::visibility(&seen.inputs(), &settings)?;
-    let own = blur::blur(&raw, &seen.depth, &[], &settings)?;
+    let own = blur::blur(&raw, &seen.depth, &[], seen.projection, &settings)?;
     // A depth sigma beyond all depths takes the mean of the 4x4 pixels, but for background.
-    let simple = blur::blur(&raw, &seen.depth, &[], &Settings { blur_depth_sigma: Some(1e9), ..settings.clone() })?;
-    let sigma = settings.depth_sigma()?;
+    let everything = Settings { blur_depth_sigma: Some(1e9), ..settings.clone() };
+    let simple = blur::blur(&raw, &seen.depth, &[], seen.projection, &everything)?;
+    let sigma = settings.depth_sigma(seen.projection)?;
     let (width, height) = (raw.width, raw.height);
     let span = |x: usize, y: usize| {
         // The blur covers the pixels x - 2 to x + 1.
@@ -210,7 +211,7 @@ pub(in crate::report) fn border(lab: &Lab, subject: &Subject) -> Result<Option<B
         let inputs =
             TwinInputs { depth, normals: &normals, tile: &tile, projection: camera.projection, near: camera.near };
         let twin = Anatomy::new(&inputs, &settings)?.with_offsets_of((width, height));
-        blur::blur(&drawn(&twin, corner, (width, height)), &inner, &[], &settings)
+        blur::blur(&drawn(&twin, corner, (width, height)), &inner, &[], camera.projection, &settings)
     };
     Ok(Some(Border {
         known: image(&depth)?,

@@ -127,7 +127,7 @@ pub(in crate::report) fn jittered(lab: &Lab, subject: &Subject) -> Result<Option
     let measure = |image: &Image<f32>| -> Result<[Banding; 2], Error> {
         let mut error = Image::filled(width, height, 0.0);
         pixels.iter().zip(&converged).for_each(|(&i, a)| error.texels[i] = f64::from(image.texels[i]) - a);
-        let blurred = reference::blur::blur(&error, &seen.depth, &[], &base)?;
+        let blurred = reference::blur::blur(&error, &seen.depth, &[], seen.projection, &base)?;
         Ok([Banding::of(&error, &corners, WINDOW), Banding::of(&blurred, &inner, WINDOW - 2)])
     };
     let ([off, off_blurred], [on, on_blurred]) = (measure(&off)?, measure(&on)?);

@@ -1,0 +1,54 @@
+//! The radius of influence as it is set, and lengths as they are in a view.
+
+/// R, the distance beyond which nothing occludes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Radius {
+    /// A length in scene units.
+    Units(f64),
+    /// A percentage of the diagonal of the scene's bounding box. Only a command or an application that has a scene can
+    /// use it: see [`Settings::resolved`](super::Settings::resolved).
+    Percent(f64),
+    /// A share f of the height of the whole view, so that R covers the same number of pixels everywhere: R(P) = 2 f P.z
+    /// tan(fov_y/2), which grows with depth; in an orthographic view f times its height.
+    OfView(f64),
+}
+
+impl Radius {
+    /// Returns R in scene units, if it is set so.
+    #[must_use]
+    pub fn units(self) -> Option<f64> {
+        match self {
+            Radius::Units(radius) => Some(radius),
+            Radius::Percent(_) | Radius::OfView(_) => None,
+        }
+    }
+}
+
+/// A length in a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Length {
+    /// The same everywhere, in scene units.
+    Units(f64),
+    /// A share of the depth at the pixel.
+    OfDepth(f64),
+}
+
+impl Length {
+    /// Returns the length in scene units at depth `z`.
+    #[must_use]
+    pub fn at(self, z: f64) -> f64 {
+        match self {
+            Length::Units(length) => length,
+            Length::OfDepth(share) => share * z,
+        }
+    }
+
+    /// Returns the length times a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Length {
+        match self {
+            Length::Units(length) => Length::Units(length * factor),
+            Length::OfDepth(share) => Length::OfDepth(share * factor),
+        }
+    }
+}
