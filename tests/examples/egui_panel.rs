@@ -119,7 +119,7 @@ impl Application {
 
 impl eframe::App for Application {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        egui::Panel::right("settings").exact_size(PANEL).show(ui, |ui| self.panel(ui));
+        egui::Panel::right("settings").exact_size(PANEL).resizable(false).show(ui, |ui| self.panel(ui));
         let (rect, context) = (ui.available_rect_before_wrap(), ui.ctx().clone());
         let (scene, settings) = (self.scene.clone(), self.settings.clone());
         let callback = CallbackFn::new(move |info, painter| {

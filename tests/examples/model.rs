@@ -4,7 +4,12 @@
 use hbao::Error;
 use hbao::glam::dcamera::rh::{proj::opengl::perspective, view::look_to_mat4};
 use hbao::glam::{DVec3, Mat4};
-use hbao::scene::{CORNELL_BOX, Camera, Mesh, Scene};
+use hbao::scene::{CORNELL_BOX, Camera, Mesh, Scene, View};
+
+/// The eye, and the point that it looks at. The walls are seen at an angle, so that none of their normals lies along an
+/// axis of eye space, where a mistake in the space of normals would not show.
+const EYE: DVec3 = DVec3::new(450.0, 420.0, -700.0);
+const TARGET: DVec3 = DVec3::new(270.0, 220.0, 280.0);
 
 /// A model with its camera.
 pub struct Model {
@@ -29,7 +34,8 @@ pub struct Part {
 impl Model {
     pub fn load() -> Result<Model, Error> {
         let Scene { mesh, view, radius, .. } = Scene::open(CORNELL_BOX)?;
-        let (camera, _) = view.camera(&mesh, super::SIZE.0, super::SIZE.1)?;
+        let oblique = View { eye: Some(EYE), target: Some(TARGET), ..View::default() };
+        let (camera, _) = oblique.or(&view).camera(&mesh, super::SIZE.0, super::SIZE.1)?;
         let [_, tan_half_fov_y] = camera.projection.half_extents();
         let radius = radius.ok_or_else(|| Error::Usage("the scene has no radius of its own".into()))?;
         Ok(Model { parts: parts(&mesh), camera, fov_y: 2.0 * tan_half_fov_y.atan(), radius })

@@ -10,9 +10,9 @@ use hbao::{
 use std::error::Error;
 use std::sync::Arc;
 use three_d::{
-    Camera, ClearState, ColorTexture, Context, CopyEffect, CpuMesh, Cull, DepthTexture2D, EffectMaterialId,
-    FrameOutput, Gm, Interpolation, Light, Material, MaterialType, Mesh, Positions, Program, Radians, RenderStates,
-    RenderTarget, SurfaceSettings, Texture2DArray, Vec3, Viewer, Viewport, Window, WindowSettings, Wrapping, vec3,
+    Camera, ClearState, ColorTexture, Context, CopyEffect, CpuMesh, Cull, DepthTexture2D, EffectMaterialId, FrameInput,
+    FrameOutput, Gm, Interpolation, Light, Material, MaterialType, Mesh, Positions, Program, RenderStates,
+    RenderTarget, SurfaceSettings, Texture2DArray, Vec3, Viewer, Viewport, Window, WindowSettings, Wrapping, radians,
 };
 
 type Failure = Box<dyn Error>;
@@ -126,8 +126,7 @@ impl Occlusion {
     /// Multiplies the colour of the G-buffer by visibility.
     fn apply(&mut self, gbuffer: &GBuffer, camera: &Camera) -> Result<(), Failure> {
         let [colours, depth] = gbuffer.names;
-        let (view, projection): ([[f32; 4]; 4], [[f32; 4]; 4]) = (camera.view().into(), camera.projection().into());
-        let [view, projection] = [view, projection].map(|columns| columns.as_flattened().try_into().unwrap());
+        let [view, projection]: [[f32; 16]; 2] = [*camera.view().as_ref(), *camera.projection().as_ref()];
         let inputs = Inputs {
             depth: TextureRef { texture: depth, target: TextureTarget::Texture2d },
             depth_encoding: DepthEncoding::Matrix { projection, range: ClipRange::MinusOneToOne },
@@ -156,12 +155,38 @@ fn surfaces(context: &Context, model: &Model) -> Vec<Gm<Mesh, Surface>> {
     model.parts.iter().map(surface).collect()
 }
 
-/// The model's camera, as three-d has cameras.
+/// The model's camera, as three-d has cameras. The target is taken far away, where rounding to float32 turns the view
+/// least.
 fn camera(model: &Model, viewport: Viewport) -> Camera {
-    let [eye, target, up] = [model.camera.eye, model.camera.eye + model.camera.forward, model.camera.up]
-        .map(|v| vec3(v.x as f32, v.y as f32, v.z as f32));
-    let (near, far) = (model.camera.near as f32, model.camera.far as f32);
-    Camera::new_perspective(viewport, eye, target, up, Radians { 0: model.fov_y as f32 }, near, far)
+    let hbao::scene::Camera { eye, forward, up, near, far, .. } = model.camera;
+    let [eye, target, up] = [eye, eye + far * forward, up].map(|v| v.as_vec3().to_array().into());
+    Camera::new_perspective(viewport, eye, target, up, radians(model.fov_y as f32), near as f32, far as f32)
+}
+
+struct Application {
+    model: Model,
+    surfaces: Vec<Gm<Mesh, Surface>>,
+    /// What has the size of the window. It is made in the first frame, and again after the size has changed.
+    sized: Option<(Viewport, GBuffer, Occlusion)>,
+}
+
+impl Application {
+    /// Draws a frame into the window.
+    fn draw(&mut self, frame: &FrameInput) -> Result<(), Failure> {
+        let (context, viewport): (&Context, Viewport) = (&frame.context, frame.viewport);
+        if self.sized.as_ref().is_none_or(|(old, ..)| *old != viewport) {
+            let size = (viewport.width, viewport.height);
+            let occlusion = Occlusion::new(context, size, self.model.radius)?;
+            self.sized = Some((viewport, GBuffer::new(context, size)?, occlusion));
+        }
+        let Some((_, gbuffer, occlusion)) = &mut self.sized else { return Ok(()) };
+        let camera = camera(&self.model, viewport);
+        gbuffer.draw(&camera, &self.surfaces);
+        occlusion.apply(gbuffer, &camera)?;
+        let colour = ColorTexture::Array { texture: &gbuffer.layers, layers: &[COLOUR] };
+        frame.screen().apply_screen_effect(&CopyEffect::default(), &camera, &[], Some(colour), None);
+        Ok(())
+    }
 }
 
 fn main() -> Result<(), Failure> {
@@ -173,27 +198,15 @@ fn main() -> Result<(), Failure> {
         surface_settings: SurfaceSettings { multisamples: 0, depth_buffer: 0, ..SurfaceSettings::default() },
         ..WindowSettings::default()
     })?;
-    let context = window.gl();
-    let surfaces = surfaces(&context, &model);
-    // What has the size of the window is made in the first frame, and again after the size has changed.
-    let mut sized: Option<(Viewport, GBuffer, Occlusion)> = None;
+    let surfaces = surfaces(&window.gl(), &model);
+    let mut application = Application { model, surfaces, sized: None };
     window.render_loop(move |frame| {
-        let mut draw = || -> Result<bool, Failure> {
-            let Viewport { width, height, .. } = frame.viewport;
-            if sized.as_ref().is_none_or(|(viewport, ..)| *viewport != frame.viewport) {
-                let gbuffer = GBuffer::new(&context, (width, height))?;
-                let occlusion = Occlusion::new(&context, (width, height), model.radius)?;
-                sized = Some((frame.viewport, gbuffer, occlusion));
-            }
-            let Some((viewport, gbuffer, occlusion)) = &mut sized else { return Ok(false) };
-            let camera = camera(&model, *viewport);
-            gbuffer.draw(&camera, &surfaces);
-            occlusion.apply(gbuffer, &camera)?;
-            let colour = ColorTexture::Array { texture: &gbuffer.layers, layers: &[COLOUR] };
-            frame.screen().apply_screen_effect(&CopyEffect::default(), &camera, &[], Some(colour), None);
-            Ok(frames.drawn(&context, [0, 0, width as i32, height as i32])?)
-        };
-        let exit = draw().unwrap_or_else(|failure| {
+        let Viewport { x, y, width, height } = frame.viewport;
+        let drawn = application
+            .draw(&frame)
+            .and_then(|()| Ok(frames.drawn(&frame.context, [x, y, width as i32, height as i32])?));
+        // The loop of three-d does not return, so that a failure is reported here.
+        let exit = drawn.unwrap_or_else(|failure| {
             eprintln!("three_d: {failure}");
             std::process::exit(1)
         });
