@@ -60,6 +60,7 @@ impl Occlusion {
 struct Scene {
     model: Model,
     frames: Frames,
+    /// What has the size of the scene. It is made in the first frame, and again after the size has changed.
     sized: Option<(GBuffer, Occlusion)>,
     /// What went wrong. `main` reports it.
     failure: Option<String>,
@@ -96,7 +97,7 @@ struct Application {
 }
 
 impl Application {
-    /// Shows a slider for each setting that the method reads.
+    /// Lets the user choose the method, and change the radius and the strength if the method reads them.
     fn panel(&mut self, ui: &mut egui::Ui) {
         egui::ComboBox::from_label("method").selected_text(self.settings.method.name()).show_ui(ui, |ui| {
             for &method in Method::ALL {
@@ -144,7 +145,8 @@ impl eframe::App for Application {
     }
 }
 
-/// Locks what the callback shares with the application. Both run on the same thread.
+/// Locks what the callback shares with the application. egui demands that callbacks can go to other threads, but runs
+/// them on that of the window.
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -50,7 +50,7 @@ pub struct GBuffer {
     gl: Arc<glow::Context>,
     pub size: (u32, u32),
     /// Shaded colour, in RGBA8.
-    pub colour: glow::Texture,
+    colour: glow::Texture,
     /// Normals in right-handed eye space, in RGBA8_SNORM.
     pub normals: glow::Texture,
     /// The depth buffer, in DEPTH_COMPONENT24. It is a texture and not a renderbuffer, so that passes can read it.

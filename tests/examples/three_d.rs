@@ -21,13 +21,14 @@ type Failure = Box<dyn Error>;
 const COLOUR: u32 = 0;
 const NORMALS: u32 = 1;
 
-/// A material that draws into both layers of the G-buffer. three-d has normals in world space, and those of the side
-/// that is seen; a layer of RGBA8 holds them as n/2 + 1/2, as in three-d's own `NormalMaterial`.
+/// A material that draws into both layers of the G-buffer. Normals are in world space, as everywhere in three-d's
+/// shaders, and a layer of RGBA8 holds them as n/2 + 1/2, as three-d's own `NormalMaterial` does.
 struct Surface {
     colour: Vec3,
 }
 
 impl Material for Surface {
+    /// three-d finds compiled shaders by this number. Those below 0x5000 are the applications'.
     fn id(&self) -> EffectMaterialId {
         EffectMaterialId(0x0001)
     }
@@ -47,6 +48,7 @@ impl Material for Surface {
 
             void main()
             {{
+                // Both sides of a triangle are visible. The normal is that of the side that the eye sees.
                 vec3 n = normalize(faceforward(nor, pos - eye, nor));
                 out_colour = vec4(shaded(colour, mat3(view) * n), 1.0);
                 out_normal = vec4(0.5 * n + 0.5, 1.0);
@@ -116,7 +118,7 @@ struct Occlusion {
 }
 
 impl Occlusion {
-    /// three-d shares its context of glow, which is of the same version as the library's.
+    /// A context of three-d dereferences to one of glow, of the version that the library takes.
     fn new(gl: &Arc<glow::Context>, size: (u32, u32), radius: f64) -> Result<Occlusion, Failure> {
         let settings = Settings { radius: Radius::Units(radius), ..Settings::default() };
         let ao = AmbientOcclusion::new(gl.clone(), size, &settings)?;
@@ -163,6 +165,7 @@ fn camera(model: &Model, viewport: Viewport) -> Camera {
     Camera::new_perspective(viewport, eye, target, up, radians(model.fov_y as f32), near as f32, far as f32)
 }
 
+/// What the window shows.
 struct Application {
     model: Model,
     surfaces: Vec<Gm<Mesh, Surface>>,

@@ -70,10 +70,13 @@ impl Shown {
         let attributes = Window::default_attributes()
             .with_title("hbao in winit and glutin")
             .with_inner_size(PhysicalSize::new(SIZE.0, SIZE.1));
+        // The picture is drawn into textures, so that the window itself needs no samples.
         let (window, config) = DisplayBuilder::new().with_window_attributes(Some(attributes)).build(
             events,
             ConfigTemplateBuilder::new(),
-            |mut configs| configs.next().expect("there is a format"),
+            |configs| {
+                configs.min_by_key(|config| config.num_samples()).expect("glutin asks only if there is a configuration")
+            },
         )?;
         let window = window.ok_or("no window was made")?;
         let display = config.display();
