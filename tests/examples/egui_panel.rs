@@ -1,5 +1,5 @@
-//! Embeds the library in an application of eframe: the scene stands beside a panel, whose sliders change the settings of
-//! ambient occlusion.
+//! Embeds the library in an application of eframe. The scene stands beside a panel, whose sliders change the settings
+//! of ambient occlusion.
 
 use application::{Frames, GBuffer, Model, Multiply, SIZE};
 use eframe::egui;
