@@ -51,7 +51,8 @@ pub struct GBuffer {
     pub size: (u32, u32),
     /// Shaded colour, in RGBA8.
     colour: glow::Texture,
-    /// Normals in right-handed eye space, in RGBA8_SNORM.
+    /// Normals in right-handed eye space, in RGBA16F. OpenGL 3.3 does not promise that a signed normalised format can be
+    /// drawn into.
     pub normals: glow::Texture,
     /// The depth buffer, in DEPTH_COMPONENT24. It is a texture and not a renderbuffer, so that passes can read it.
     pub depth: glow::Texture,
@@ -80,7 +81,7 @@ impl GBuffer {
         // SAFETY: the context is current, and the buffer holds nine floats for each corner.
         unsafe {
             let colour = texture(gl, size, [glow::RGBA8, glow::RGBA, glow::UNSIGNED_BYTE])?;
-            let normals = texture(gl, size, [glow::RGBA8_SNORM, glow::RGBA, glow::BYTE])?;
+            let normals = texture(gl, size, [glow::RGBA16F, glow::RGBA, glow::FLOAT])?;
             let depth = texture(gl, size, [glow::DEPTH_COMPONENT24, glow::DEPTH_COMPONENT, glow::UNSIGNED_INT])?;
             let everything = framebuffer(gl, &[colour, normals], Some(depth))?;
             let picture = framebuffer(gl, &[colour], None)?;
