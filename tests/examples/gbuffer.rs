@@ -51,8 +51,8 @@ pub struct GBuffer {
     pub size: (u32, u32),
     /// Shaded colour, in RGBA8.
     colour: glow::Texture,
-    /// Normals in right-handed eye space, in RGBA16F. OpenGL 3.3 does not promise that a signed normalised format can be
-    /// drawn into.
+    /// Normals in right-handed eye space, in RGBA16F. OpenGL 3.3 does not promise that signed normalised formats can
+    /// be drawn into.
     pub normals: glow::Texture,
     /// The depth buffer, in DEPTH_COMPONENT24. It is a texture and not a renderbuffer, so that passes can read it.
     pub depth: glow::Texture,
