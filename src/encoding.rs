@@ -1,6 +1,7 @@
 //! How an application stores the depth and the normals that ambient occlusion is computed from.
 
 use crate::error::Error;
+use crate::projection::{Hand, ProjectionMatrix};
 
 /// What a texture of depth stores. In all formulas z is linear eye-space depth in scene units, above 0 and increasing
 /// away from the eye, and d is the stored value, in [0, 1]. The depth range (`glDepthRange`) must be [0, 1].
@@ -115,7 +116,7 @@ impl DepthEncoding {
             DepthEncoding::Planes { near, far, reversed } => {
                 Ok(Curve::Orthographic { near, range: far - near, reversed })
             }
-            DepthEncoding::Matrix { projection, range } => of_matrix(&projection.map(f64::from), range, perspective),
+            DepthEncoding::Matrix { projection, range } => of_matrix(&projection, range, perspective),
             DepthEncoding::Logarithmic { c, far } if c > 0.0 && far > 0.0 && (c * far).is_finite() => {
                 Ok(Curve::Logarithmic { logarithm: (c * far).ln_1p(), c })
             }
@@ -127,34 +128,21 @@ impl DepthEncoding {
 }
 
 /// Returns the curve of a projection matrix, which is given column by column.
-fn of_matrix(m: &[f64; 16], range: ClipRange, perspective: bool) -> Result<Curve, Error> {
+fn of_matrix(columns: &[f32; 16], range: ClipRange, perspective: bool) -> Result<Curve, Error> {
     let refuse = |what: &str| Err(Error::Usage(format!("depth: the projection matrix {what}")));
-    if !m.iter().all(|number| number.is_finite()) {
-        return refuse("holds a number that is not finite");
-    }
-    if [m[2], m[3], m[6], m[7]] != [0.0; 4] {
-        return refuse("has rows of z and w that depend on x or y: its near plane is oblique, or it is transposed");
-    }
-    // ndc = (m10 z_eye + m14) / (m11 z_eye + m15), where z_eye is z or -z. The row of w is (0, 0, 1 or -1, 0) or
-    // (0, 0, 0, 1).
-    let (in_perspective, orthographic) = (m[11].abs() == 1.0 && m[15] == 0.0, m[11] == 0.0 && m[15] == 1.0);
-    if !(in_perspective || orthographic) {
-        return refuse(
-            "has a row of w that is neither perspective, (0, 0, 1 or -1, 0), nor orthographic, (0, 0, 0, 1)",
-        );
-    }
-    if in_perspective != perspective {
-        let words = if in_perspective { "is perspective" } else { "is orthographic" };
+    let ProjectionMatrix { projection, depth: [at_0, rise], .. } = ProjectionMatrix::read(columns)?;
+    if projection.is_perspective() != perspective {
+        let words = if perspective { "is orthographic" } else { "is perspective" };
         return refuse(&format!("{words}, and the projection of the view is not"));
     }
-    // d = a + b ndc, so that the row of z becomes that of d.
+    // d = a + b ndc, where ndc = at_0 + rise / z, or at_0 + rise z_eye in an orthographic view.
     let [a, b] = match range {
         ClipRange::MinusOneToOne => [0.5, 0.5],
         ClipRange::ZeroToOne => [0.0, 1.0],
     };
+    let (constant, slope) = (a + b * at_0, b * rise);
     if perspective {
-        // d = constant + slope / z. The point lies in front of the eye where w is above 0, so w = z.
-        let (constant, slope) = (a + b * m[10] * m[11], b * m[14]);
+        // d = constant + slope / z.
         let reversed = slope > 0.0;
         let (at_far, rise) = ((if reversed { -constant } else { 1.0 - constant }) / slope, slope.abs().recip());
         if !(at_far.is_finite() && rise.is_finite() && at_far + rise > 0.0) {
@@ -163,7 +151,6 @@ fn of_matrix(m: &[f64; 16], range: ClipRange, perspective: bool) -> Result<Curve
         return Ok(Curve::Perspective { at_far, rise, reversed });
     }
     // d = constant + slope z_eye. Both planes lie in front of the eye, so their sign tells the hand.
-    let (constant, slope) = (a + b * m[14], b * m[10]);
     let planes = [-constant / slope, (1.0 - constant) / slope];
     let forward = if planes[0] + planes[1] < 0.0 { -1.0 } else { 1.0 };
     let planes = planes.map(|z| z * forward);
@@ -200,15 +187,6 @@ impl NormalEncoding {
     pub(crate) fn is_octahedral(self) -> bool {
         matches!(self, NormalEncoding::Octahedral | NormalEncoding::OctahedralBiased)
     }
-}
-
-/// The direction of z in eye space, in which x points right and y up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Hand {
-    /// Left-handed: z points forward, and a normal that faces the eye has n.z < 0 in the middle of the picture.
-    Left,
-    /// Right-handed, as in classic OpenGL: z points backward, and such a normal has n.z > 0.
-    Right,
 }
 
 /// The space that normals are given in.

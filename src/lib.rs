@@ -50,7 +50,7 @@ mod threads;
 mod tile;
 
 pub use ambient_occlusion::{AmbientOcclusion, Destination, Finding, Inputs, Output, Viewport, Write};
-pub use encoding::{ClipRange, DepthEncoding, Hand, NormalEncoding, NormalSpace};
+pub use encoding::{ClipRange, DepthEncoding, NormalEncoding, NormalSpace};
 pub use error::Error;
 pub use gl::{Format, PassTime, Timers, check_size, size_limit};
 #[cfg(feature = "render")]
@@ -60,7 +60,7 @@ pub use pass::probe::format_renders;
 pub use pass::{BACKGROUND_R16F, BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
 #[cfg(feature = "render")]
 pub use pipeline::{Pipeline, Request};
-pub use projection::{Extents, Projection, ProjectionMatrix};
+pub use projection::{Extents, Hand, Projection, ProjectionMatrix};
 pub use settings::Settings;
 pub use tile::rotation_tile;
 

@@ -1,8 +1,9 @@
 //! The inputs that an application provides: textures of depth and normals, and the projection of the view in them.
 
-use crate::encoding::{DepthEncoding, Hand, NormalEncoding, NormalSpace};
+use crate::Error;
+use crate::encoding::{ClipRange, DepthEncoding, NormalEncoding, NormalSpace};
 use crate::pass::{BACKGROUND_R32F, DepthSamples, TextureRef, TextureTarget};
-use crate::projection::Projection;
+use crate::projection::{Hand, Projection, ProjectionMatrix};
 
 /// The inputs of ambient occlusion: the depth and normals of one view, and its projection. The textures must have the
 /// size that [`AmbientOcclusion`](super::AmbientOcclusion) was made for, unless `viewport` says which part of them is
@@ -84,6 +85,29 @@ impl Inputs {
             projection,
             near: 0.0,
         }
+    }
+
+    /// Inputs as engines have them: a depth buffer, signed normals in eye space, and the projection matrix that both
+    /// were drawn with, column by column. Both are textures of the kind `target`.
+    ///
+    /// OpenGL 3.3 has depth from -1 to 1 in clip space. An application that has called `glClipControl` sets
+    /// [`Inputs::depth_encoding`] besides. A perspective matrix tells the hand of eye space; with an orthographic one
+    /// it is taken to be right-handed, as in OpenGL's tradition.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a matrix that is no projection: see [`ProjectionMatrix::read`].
+    pub fn from_matrix(
+        depth: glow::Texture,
+        normals: glow::Texture,
+        target: TextureTarget,
+        projection: &[f32; 16],
+    ) -> Result<Inputs, Error> {
+        let read = ProjectionMatrix::read(projection)?;
+        Ok(Inputs {
+            depth_encoding: DepthEncoding::Matrix { projection: *projection, range: ClipRange::MinusOneToOne },
+            normal_space: NormalSpace::Eye(read.hand.unwrap_or(Hand::Right)),
+            ..Inputs::new(depth, normals, target, read.projection)
+        })
     }
 
     /// Returns the depth samples of the pixels, if they have several.

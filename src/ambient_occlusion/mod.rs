@@ -23,7 +23,7 @@ use crate::pass::{FullScreen, TextureRef};
 use crate::projection::Projection;
 use crate::settings::{Length, MethodBlur, Settings};
 use glow::HasContext;
-use output::Writer;
+use output::{Bound, Writer};
 use programs::{InputKind, Programs};
 use std::ffi::{CStr, c_void};
 use std::sync::Arc;
@@ -282,8 +282,7 @@ impl AmbientOcclusion {
     /// Otherwise the same as for [`AmbientOcclusion::render`].
     pub fn render_into(&mut self, inputs: &Inputs, output: &Output) -> Result<(), Error> {
         let mut timers = Timers::new(&self.gl, false)?;
-        // SAFETY: the context is current.
-        let srgb = unsafe { self.gl.is_enabled(glow::FRAMEBUFFER_SRGB) };
+        let bound = Bound::of(&self.gl);
         timers.groups = self.groups;
         self.in_own_state(|ao| {
             ao.passes(inputs, &mut timers, Extras::default())?;
@@ -294,7 +293,7 @@ impl AmbientOcclusion {
             };
             let visibility = &ao.images.ao[ao.programs[ao.current].plan.last()].canvas.texture;
             let written = timers.pass("apply", || {
-                writer.write(&mut ao.cache, full_screen, (visibility, ao.size), inputs, output, srgb)
+                writer.write(&mut ao.cache, full_screen, (visibility, ao.size), inputs, output, bound)
             });
             ao.writer = Some(writer);
             written

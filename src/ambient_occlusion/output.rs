@@ -37,6 +37,9 @@ pub enum Destination {
     /// What a framebuffer object draws into, or the default framebuffer for `None`, which in most applications is the
     /// window. It must have exactly one draw buffer.
     Framebuffer(Option<glow::Framebuffer>),
+    /// What the framebuffer draws into that is bound as `GL_DRAW_FRAMEBUFFER`: for applications whose toolkit hides its
+    /// framebuffers.
+    Bound,
 }
 
 /// What is written to an image.
@@ -53,6 +56,27 @@ pub enum Write {
     MultipliedByShare(TextureRef),
 }
 
+/// The state of an application that decides what is written.
+#[derive(Clone, Copy)]
+pub(super) struct Bound {
+    /// What is bound as `GL_DRAW_FRAMEBUFFER`.
+    framebuffer: Option<glow::Framebuffer>,
+    /// Whether `GL_FRAMEBUFFER_SRGB` is enabled.
+    srgb: bool,
+}
+
+impl Bound {
+    pub(super) fn of(gl: &glow::Context) -> Bound {
+        // SAFETY: the context is current, and these are core parameters.
+        unsafe {
+            Bound {
+                framebuffer: gl.get_parameter_framebuffer(glow::DRAW_FRAMEBUFFER_BINDING),
+                srgb: gl.is_enabled(glow::FRAMEBUFFER_SRGB),
+            }
+        }
+    }
+}
+
 /// Writes to images of the caller.
 pub(super) struct Writer {
     gl: Arc<glow::Context>,
@@ -67,8 +91,8 @@ impl Writer {
         Ok(Writer { gl: gl.clone(), framebuffer })
     }
 
-    /// Writes visibility, which belongs to a view of this size, or is half as large. `srgb` says whether the application
-    /// lets framebuffers convert to sRGB.
+    /// Writes visibility, which belongs to a view of this size, or is half as large. `bound` is the state of the
+    /// application.
     pub(super) fn write(
         &self,
         programs: &mut ProgramCache,
@@ -76,7 +100,7 @@ impl Writer {
         (visibility, size): (&Texture, (u32, u32)),
         inputs: &Inputs,
         output: &Output,
-        srgb: bool,
+        bound: Bound,
     ) -> Result<(), Error> {
         let gl = &self.gl;
         let (x, y) = output.corner;
@@ -87,13 +111,10 @@ impl Writer {
                 Found::of(gl, "output", image.texture, image.target)?.part("output", Some(place), size)?;
                 self.attach(Some(image));
             }
-            // SAFETY: the context is current, and the caller promises that the framebuffer exists; otherwise the call is
-            // a GL error.
-            Destination::Framebuffer(framebuffer) => unsafe {
-                gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, framebuffer)
-            },
+            Destination::Framebuffer(framebuffer) => self.bind(framebuffer),
+            Destination::Bound => self.bind(bound.framebuffer),
         }
-        let drawn = self.draw(programs, full_screen, (visibility, size), share, output, srgb);
+        let drawn = self.draw(programs, full_screen, (visibility, size), share, output, bound);
         if matches!(output.to, Destination::Texture(_)) {
             // The caller may delete the texture.
             self.attach(None);
@@ -116,6 +137,12 @@ impl Writer {
                 Ok(Share::Image(image, part.map_or((0, 0), |part| part.corner)))
             }
         }
+    }
+
+    fn bind(&self, framebuffer: Option<glow::Framebuffer>) {
+        // SAFETY: the context is current, and the caller promises that the framebuffer exists; otherwise the call is a
+        // GL error.
+        unsafe { self.gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, framebuffer) };
     }
 
     /// Binds the framebuffer for textures, and attaches this one in place of an earlier one.
@@ -144,7 +171,7 @@ impl Writer {
         (visibility, size): (&Texture, (u32, u32)),
         share: Share,
         output: &Output,
-        srgb: bool,
+        bound: Bound,
     ) -> Result<(), Error> {
         let gl = &self.gl;
         self.check_framebuffer()?;
@@ -157,7 +184,7 @@ impl Writer {
         unsafe {
             gl.viewport(x as i32, y as i32, size.0 as i32, size.1 as i32);
             gl.disable(glow::STENCIL_TEST);
-            if srgb && multiplies {
+            if bound.srgb && multiplies {
                 gl.enable(glow::FRAMEBUFFER_SRGB);
             }
         }

@@ -5,12 +5,13 @@ mod targets;
 
 use crate::Error;
 use crate::ambient_occlusion::{AmbientOcclusion, Extras, Inputs, Kept, Purpose};
-use crate::encoding::{DepthEncoding, Hand, NormalEncoding, NormalSpace};
+use crate::encoding::{DepthEncoding, NormalEncoding, NormalSpace};
 use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{GBuffer, GBufferVariant};
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
+use crate::projection::Hand;
 use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, Settings};
 use glow::HasContext;

@@ -1,8 +1,7 @@
 //! Reads the projection matrix of an engine.
 
-use super::{Extents, Projection};
+use super::{Extents, Hand, Projection};
 use crate::Error;
-use crate::encoding::Hand;
 
 /// What a projection matrix says. The matrix leads from eye space to clip space: x and y of the picture go from -w to
 /// w, left to right and bottom to top.
@@ -59,6 +58,12 @@ impl ProjectionMatrix {
         // The row of w is (0, 0, +-k, 0) in perspective and (0, 0, 0, k) otherwise, nearly always with k = 1.
         let perspective = w[2] != 0.0 && !small(w[2], w[3]);
         let k = if perspective { w[2].abs() } else { w[3] };
+        // The rows of z and w in perspective are (0, 0, a, b) and (0, 0, +-1, 0).
+        if perspective && k != 1.0 && z[3].abs() == 1.0 {
+            return refuse(
+                "is transposed: give it column by column, so that the fourth column is the last four numbers",
+            );
+        }
         if k <= 0.0 || !small(w[0], k) || !small(w[1], k) {
             return refuse("is no projection: its fourth row must be 0, 0, -1, 0 or 0, 0, 1, 0 or 0, 0, 0, 1");
         }
@@ -95,26 +100,12 @@ impl ProjectionMatrix {
             depth: if perspective { [z[2] * forward / k, z[3] / k] } else { [z[3] / k, z[2] / k] },
         })
     }
-
-    /// Returns the distance in front of the eye of a point with the depth `ndc` = z/w in clip space, from 0 or from -1
-    /// to 1. It is infinite at an infinitely far plane. `hand` is the hand of the matrix's eye space; it is read
-    /// only if the matrix does not tell it.
-    #[must_use]
-    pub fn z(&self, ndc: f64, hand: Hand) -> f64 {
-        let [a, b] = self.depth;
-        if self.projection.is_perspective() {
-            let z = b / (ndc - a);
-            return if z.is_infinite() { f64::INFINITY } else { z };
-        }
-        let z = (ndc - a) / b;
-        if hand == Hand::Left { z } else { -z }
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::Hand::{Left, Right};
     use super::*;
-    use crate::encoding::Hand::{Left, Right};
 
     const NEAR: f64 = 0.25;
     const FAR: f64 = 80.0;
@@ -155,6 +146,17 @@ mod tests {
         m.map(|entry| entry as f32)
     }
 
+    /// Returns the distance in front of the eye of a point with the depth `ndc` = z/w in clip space.
+    fn z(read: &ProjectionMatrix, ndc: f64, hand: Hand) -> f64 {
+        let [a, b] = read.depth;
+        if read.projection.is_perspective() {
+            let z = b / (ndc - a);
+            return if z.is_infinite() { f64::INFINITY } else { z };
+        }
+        let z = (ndc - a) / b;
+        if hand == Left { z } else { -z }
+    }
+
     #[test]
     fn matrices_of_both_hands_and_of_every_convention_of_depth_give_the_same_projection() {
         for edges in [[-0.8, 0.8, -0.5, 0.5], [-0.2, 1.1, 0.1, 0.9], [3.0, 4.0, -7.0, -6.5]] {
@@ -172,8 +174,8 @@ mod tests {
                         assert!(found.iter().zip(edges).all(|(a, b)| (a - b).abs() < 2e-6), "{text}");
                         // The depths at the planes lead back to the planes.
                         let ([at_near, at_far], far) = depths;
-                        assert!((read.z(at_near, hand) / NEAR - 1.0).abs() < 1e-3, "{text}");
-                        let behind = read.z(at_far, hand);
+                        assert!((z(&read, at_near, hand) / NEAR - 1.0).abs() < 1e-3, "{text}");
+                        let behind = z(&read, at_far, hand);
                         assert!(behind == far || (behind / far - 1.0).abs() < 1e-3, "{text}: {behind}");
                         // A factor of the whole matrix changes nothing.
                         let scaled = ProjectionMatrix::read(&columns.map(|entry| 4.0 * entry)).unwrap();
@@ -203,6 +205,7 @@ mod tests {
             matrix[entry] = value;
             matrix
         };
+        let transposed = |m: [f32; 16]| std::array::from_fn(|i| m[4 * (i % 4) + i / 4]);
         let identity = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
         ProjectionMatrix::read(&identity).unwrap();
         for (matrix, part) in [
@@ -226,6 +229,9 @@ mod tests {
             (with(good, 5, -2.0), "mirrors"),
             (with(good, 0, 0.0), "mirrors"),
             (with(good, 8, 3000.0), "the view's axis"),
+            (transposed(good), "is transposed"),
+            (transposed(matrix(true, [-0.2, 1.1, 0.1, 0.9], Left, DEPTHS[5])), "transposed"),
+            (transposed(matrix(false, [-0.2, 1.1, 0.1, 0.9], Left, DEPTHS[0])), "projection matrix"),
         ] {
             let error = ProjectionMatrix::read(&matrix).unwrap_err();
             let message = error.to_string();

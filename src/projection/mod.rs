@@ -18,6 +18,15 @@ pub enum Projection {
     Orthographic(Extents),
 }
 
+/// The direction of z in eye space, in which x points right and y up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Hand {
+    /// Left-handed: z points forward, and a normal that faces the eye has n.z < 0 in the middle of the picture.
+    Left,
+    /// Right-handed, as in classic OpenGL: z points backward, and such a normal has n.z > 0.
+    Right,
+}
+
 /// The rectangle that a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extents {

@@ -152,7 +152,7 @@ fn cases() -> Vec<(String, Shot, Settings)> {
         // The radii were chosen for a picture with twice as many pixels along each side.
         let radius = match settings.radius {
             Radius::Units(units) => Radius::Units(2.0 * units),
-            Radius::Percent(_) => settings.radius,
+            Radius::Percent(_) | Radius::OfView(_) => settings.radius,
         };
         let shot = scenes::cornell_box().rolled();
         let shot = if i % 2 == 0 { shot } else { shot.orthographic() };

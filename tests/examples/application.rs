@@ -4,12 +4,10 @@
 mod frames;
 mod gbuffer;
 mod model;
-mod multiply;
 
 pub use frames::Frames;
 pub use gbuffer::GBuffer;
 pub use model::{Model, Part};
-pub use multiply::Multiply;
 
 /// The size of the pictures that are compared, in pixels.
 pub const SIZE: (u32, u32) = (640, 480);

@@ -1,11 +1,11 @@
 //! Embeds the library in an application of eframe. The scene stands beside a panel, whose sliders change the settings
 //! of ambient occlusion.
 
-use application::{Frames, GBuffer, Model, Multiply, SIZE};
+use application::{Frames, GBuffer, Model, SIZE};
 use eframe::egui;
 use eframe::egui_glow::CallbackFn;
 use hbao::settings::{Method, Radius, Settings};
-use hbao::{AmbientOcclusion, ClipRange, DepthEncoding, Hand, Inputs, NormalSpace, Projection, TextureTarget, glow};
+use hbao::{AmbientOcclusion, Inputs, Output, TextureTarget, glow};
 use std::error::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -15,43 +15,14 @@ type Failure = Box<dyn Error>;
 const PANEL: f32 = 260.0;
 
 // Ambient occlusion begins.
-/// Ambient occlusion for a G-buffer of one size, with these settings.
-struct Occlusion {
-    settings: Settings,
-    ao: AmbientOcclusion,
-    multiply: Multiply,
-}
-
-impl Occlusion {
-    fn new(gl: &Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<Occlusion, Failure> {
-        let ao = AmbientOcclusion::new(gl.clone(), size, settings)?;
-        Ok(Occlusion { settings: settings.clone(), ao, multiply: Multiply::new(gl)? })
-    }
-
-    /// Takes the settings of the panel, if they have changed. Shaders hold most settings as constants, so that other
-    /// settings are another object.
-    fn set(&mut self, gl: &Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<(), Failure> {
-        if self.settings != *settings {
-            self.ao = AmbientOcclusion::new(gl.clone(), size, settings)?;
-            self.settings = settings.clone();
-        }
-        Ok(())
-    }
-
-    /// Multiplies the colour of the G-buffer by visibility.
-    fn apply(&mut self, gbuffer: &GBuffer) -> Result<(), Failure> {
-        let projection = gbuffer.projection.to_cols_array();
-        let view = Projection::from_matrix(&projection)?;
-        let inputs = Inputs {
-            depth_encoding: DepthEncoding::Matrix { projection, range: ClipRange::MinusOneToOne },
-            normal_space: NormalSpace::Eye(Hand::Right),
-            ..Inputs::new(gbuffer.depth, gbuffer.normals, TextureTarget::Texture2d, view)
-        };
-        let visibility = self.ao.render(&inputs)?;
-        gbuffer.bind_picture();
-        self.multiply.draw(visibility);
-        Ok(())
-    }
+/// Multiplies the colour of the G-buffer by visibility, in each frame. Only a setting that shaders hold as a constant
+/// makes `set` compile: a slider of the radius or the strength moves without a wait.
+fn darken(ao: &mut AmbientOcclusion, gbuffer: &GBuffer, settings: &Settings) -> Result<(), Failure> {
+    ao.resize(gbuffer.size)?;
+    ao.set(settings)?;
+    let matrix = gbuffer.projection.to_cols_array();
+    let inputs = Inputs::from_matrix(gbuffer.depth, gbuffer.normals, TextureTarget::Texture2d, &matrix)?;
+    Ok(ao.render_into(&inputs, &Output::multiplied(Some(gbuffer.picture)))?)
 }
 // Ambient occlusion ends.
 
@@ -60,8 +31,10 @@ impl Occlusion {
 struct Scene {
     model: Model,
     frames: Frames,
-    /// What has the size of the scene. It is made in the first frame, and again after the size has changed.
-    sized: Option<(GBuffer, Occlusion)>,
+    /// Made in the first frame.
+    occlusion: Option<AmbientOcclusion>,
+    /// The G-buffer has the size of the scene. It is made in the first frame, and again after the size has changed.
+    gbuffer: Option<GBuffer>,
     /// What went wrong. `main` reports it.
     failure: Option<String>,
 }
@@ -76,13 +49,15 @@ impl Scene {
             return Ok(false); // The panel fills the window.
         }
         let size = (width, height);
-        if self.sized.as_ref().is_none_or(|(gbuffer, _)| gbuffer.size != size) {
-            self.sized = Some((GBuffer::new(gl, size, &self.model)?, Occlusion::new(gl, size, settings)?));
+        if self.gbuffer.as_ref().is_none_or(|gbuffer| gbuffer.size != size) {
+            self.gbuffer = Some(GBuffer::new(gl, size, &self.model)?);
         }
-        let Some((gbuffer, occlusion)) = &mut self.sized else { return Ok(false) };
-        occlusion.set(gl, size, settings)?;
+        if self.occlusion.is_none() {
+            self.occlusion = Some(AmbientOcclusion::new(gl.clone(), size, settings)?);
+        }
+        let (Some(gbuffer), Some(occlusion)) = (&self.gbuffer, &mut self.occlusion) else { return Ok(false) };
         gbuffer.draw();
-        occlusion.apply(gbuffer)?;
+        darken(occlusion, gbuffer, settings)?;
         gbuffer.show((x, y));
         Ok(self.frames.drawn(gl, part)?)
     }
@@ -141,7 +116,8 @@ impl eframe::App for Application {
 
     /// The context is current here for the last time, so that what it made is dropped here.
     fn on_exit(&mut self, _: Option<&glow::Context>) {
-        lock(&self.scene).sized = None;
+        let mut scene = lock(&self.scene);
+        (scene.occlusion, scene.gbuffer) = (None, None);
     }
 }
 
@@ -155,7 +131,7 @@ fn main() -> Result<(), Failure> {
     let (model, frames) = (Model::load()?, Frames::from_arguments()?);
     let settings = Settings { radius: Radius::Units(model.radius), ..Settings::default() };
     let radii = [model.radius / 10.0, model.radius * 4.0];
-    let scene = Arc::new(Mutex::new(Scene { model, frames, sized: None, failure: None }));
+    let scene = Arc::new(Mutex::new(Scene { model, frames, occlusion: None, gbuffer: None, failure: None }));
     let application = Application { settings, radii, scene: scene.clone() };
     let viewport = egui::ViewportBuilder::default().with_inner_size([SIZE.0 as f32 + PANEL, SIZE.1 as f32]);
     let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };

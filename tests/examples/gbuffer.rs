@@ -59,9 +59,10 @@ pub struct GBuffer {
     /// The matrix that depth was drawn with.
     pub projection: Mat4,
     view: Mat4,
-    /// The framebuffers that hold all three, and colour alone.
+    /// The framebuffer that holds all three.
     everything: glow::Framebuffer,
-    picture: glow::Framebuffer,
+    /// Colour alone.
+    pub picture: glow::Framebuffer,
     program: glow::Program,
     vertices: glow::VertexArray,
     buffer: glow::Buffer,
@@ -135,12 +136,6 @@ impl GBuffer {
             gl.draw_arrays(glow::TRIANGLES, 0, self.count);
             gl.disable(glow::DEPTH_TEST);
         }
-    }
-
-    /// Binds the framebuffer that holds colour alone, for what is drawn over the finished G-buffer.
-    pub fn bind_picture(&self) {
-        // SAFETY: the context is current.
-        unsafe { self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(self.picture)) };
     }
 
     /// Copies the colour to the window, with its lower left corner at (x, y).
@@ -229,7 +224,7 @@ unsafe fn framebuffer(
 ///
 /// # Safety
 /// The context must be current.
-pub(crate) unsafe fn program(gl: &glow::Context, vertex: &str, fragment: &str) -> Result<glow::Program, String> {
+unsafe fn program(gl: &glow::Context, vertex: &str, fragment: &str) -> Result<glow::Program, String> {
     // SAFETY: the caller vouches for the context.
     unsafe {
         let program = gl.create_program()?;

@@ -1,11 +1,10 @@
 //! Embeds the library in an application of three-d, which has a window, a camera, meshes and materials of its own.
 
-use application::{Frames, Model, Multiply, SHADING, SIZE};
+use application::{Frames, Model, SHADING, SIZE};
 use hbao::glow::{self, HasContext};
 use hbao::settings::{Radius, Settings};
 use hbao::{
-    AmbientOcclusion, ClipRange, DepthEncoding, Hand, Inputs, NormalEncoding, NormalSpace, Projection, TextureRef,
-    TextureTarget,
+    AmbientOcclusion, Destination, Hand, Inputs, NormalEncoding, NormalSpace, Output, TextureRef, TextureTarget,
 };
 use std::error::Error;
 use std::sync::Arc;
@@ -111,38 +110,25 @@ impl GBuffer {
 }
 
 // Ambient occlusion begins.
-/// Ambient occlusion for a G-buffer of one size.
-struct Occlusion {
-    ao: AmbientOcclusion,
-    multiply: Multiply,
+/// Prepares ambient occlusion, once. A context of three-d dereferences to one of glow, of the version that the library
+/// takes.
+fn occlusion(gl: &Arc<glow::Context>, size: (u32, u32), radius: f64) -> Result<AmbientOcclusion, Failure> {
+    let settings = Settings { radius: Radius::Units(radius), ..Settings::default() };
+    Ok(AmbientOcclusion::new(gl.clone(), size, &settings)?)
 }
 
-impl Occlusion {
-    /// A context of three-d dereferences to one of glow, of the version that the library takes.
-    fn new(gl: &Arc<glow::Context>, size: (u32, u32), radius: f64) -> Result<Occlusion, Failure> {
-        let settings = Settings { radius: Radius::Units(radius), ..Settings::default() };
-        let ao = AmbientOcclusion::new(gl.clone(), size, &settings)?;
-        Ok(Occlusion { ao, multiply: Multiply::new(gl)? })
-    }
-
-    /// Multiplies the colour of the G-buffer by visibility.
-    fn apply(&mut self, gbuffer: &GBuffer, camera: &Camera) -> Result<(), Failure> {
-        let [colours, depth] = gbuffer.names;
-        let [view, projection]: [[f32; 16]; 2] = [*camera.view().as_ref(), *camera.projection().as_ref()];
-        let inputs = Inputs {
-            depth: TextureRef { texture: depth, target: TextureTarget::Texture2d },
-            depth_encoding: DepthEncoding::Matrix { projection, range: ClipRange::MinusOneToOne },
-            normal_encoding: NormalEncoding::Biased,
-            normal_space: NormalSpace::world(&view, Hand::Right),
-            ..Inputs::new(depth, colours, TextureTarget::Layer(NORMALS), Projection::from_matrix(&projection)?)
-        };
-        let visibility = self.ao.render(&inputs)?;
-        gbuffer.layers.as_color_target(&[COLOUR], None).write(|| {
-            self.multiply.draw(visibility);
-            Ok::<(), hbao::Error>(())
-        })?;
-        Ok(())
-    }
+/// Multiplies the colour of the G-buffer by visibility, in each frame.
+fn darken(ao: &mut AmbientOcclusion, gbuffer: &GBuffer, camera: &Camera) -> Result<(), Failure> {
+    let [colours, depth] = gbuffer.names;
+    let layer = |layer| TextureRef { texture: colours, target: TextureTarget::Layer(layer) };
+    let inputs = Inputs {
+        normals: Some(layer(NORMALS)),
+        normal_encoding: NormalEncoding::Biased,
+        normal_space: NormalSpace::world(camera.view().as_ref(), Hand::Right),
+        ..Inputs::from_matrix(depth, colours, TextureTarget::Texture2d, camera.projection().as_ref())?
+    };
+    let output = Output { to: Destination::Texture(layer(COLOUR)), ..Output::multiplied(None) };
+    Ok(ao.render_into(&inputs, &output)?)
 }
 // Ambient occlusion ends.
 
@@ -169,23 +155,24 @@ fn camera(model: &Model, viewport: Viewport) -> Camera {
 struct Application {
     model: Model,
     surfaces: Vec<Gm<Mesh, Surface>>,
-    /// What has the size of the window. It is made in the first frame, and again after the size has changed.
-    sized: Option<(Viewport, GBuffer, Occlusion)>,
+    occlusion: AmbientOcclusion,
+    /// The G-buffer has the size of the window. It is made in the first frame, and again after the size has changed.
+    gbuffer: Option<(Viewport, GBuffer)>,
 }
 
 impl Application {
     /// Draws a frame into the window.
     fn draw(&mut self, frame: &FrameInput) -> Result<(), Failure> {
         let (context, viewport): (&Context, Viewport) = (&frame.context, frame.viewport);
-        if self.sized.as_ref().is_none_or(|(old, ..)| *old != viewport) {
+        if self.gbuffer.as_ref().is_none_or(|(old, _)| *old != viewport) {
             let size = (viewport.width, viewport.height);
-            let occlusion = Occlusion::new(context, size, self.model.radius)?;
-            self.sized = Some((viewport, GBuffer::new(context, size)?, occlusion));
+            self.gbuffer = Some((viewport, GBuffer::new(context, size)?));
+            self.occlusion.resize(size)?;
         }
-        let Some((_, gbuffer, occlusion)) = &mut self.sized else { return Ok(()) };
+        let Some((_, gbuffer)) = &self.gbuffer else { return Ok(()) };
         let camera = camera(&self.model, viewport);
         gbuffer.draw(&camera, &self.surfaces);
-        occlusion.apply(gbuffer, &camera)?;
+        darken(&mut self.occlusion, gbuffer, &camera)?;
         let colour = ColorTexture::Array { texture: &gbuffer.layers, layers: &[COLOUR] };
         frame.screen().apply_screen_effect(&CopyEffect::default(), &camera, &[], Some(colour), None);
         Ok(())
@@ -202,7 +189,8 @@ fn main() -> Result<(), Failure> {
         ..WindowSettings::default()
     })?;
     let surfaces = surfaces(&window.gl(), &model);
-    let mut application = Application { model, surfaces, sized: None };
+    let occlusion = occlusion(&window.gl(), SIZE, model.radius)?;
+    let mut application = Application { model, surfaces, occlusion, gbuffer: None };
     window.render_loop(move |frame| {
         let Viewport { x, y, width, height } = frame.viewport;
         let drawn = application

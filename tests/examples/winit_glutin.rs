@@ -1,7 +1,7 @@
 //! Embeds the library in an application that opens its window with winit, makes its context with glutin and draws with
 //! glow.
 
-use application::{Frames, GBuffer, Model, Multiply, SIZE};
+use application::{Frames, GBuffer, Model, SIZE};
 use glutin::config::ConfigTemplateBuilder;
 use glutin::context::{ContextApi, ContextAttributesBuilder, GlProfile, PossiblyCurrentContext, Version};
 use glutin::display::GetGlDisplay;
@@ -9,7 +9,7 @@ use glutin::prelude::*;
 use glutin::surface::{Surface, WindowSurface};
 use glutin_winit::{DisplayBuilder, GlWindow};
 use hbao::settings::{Radius, Settings};
-use hbao::{AmbientOcclusion, ClipRange, DepthEncoding, Hand, Inputs, NormalSpace, Projection, TextureTarget, glow};
+use hbao::{AmbientOcclusion, Inputs, Output, TextureTarget, glow};
 use std::error::Error;
 use std::num::NonZeroU32;
 use std::sync::Arc;
@@ -23,40 +23,24 @@ use winit::window::{Window, WindowId};
 type Failure = Box<dyn Error>;
 
 // Ambient occlusion begins.
-/// Ambient occlusion for a G-buffer of one size.
-struct Occlusion {
-    ao: AmbientOcclusion,
-    multiply: Multiply,
+/// Prepares ambient occlusion, once.
+fn occlusion(gl: &Arc<glow::Context>, size: (u32, u32), radius: f64) -> Result<AmbientOcclusion, Failure> {
+    let settings = Settings { radius: Radius::Units(radius), ..Settings::default() };
+    Ok(AmbientOcclusion::new(gl.clone(), size, &settings)?)
 }
 
-impl Occlusion {
-    fn new(gl: &Arc<glow::Context>, size: (u32, u32), radius: f64) -> Result<Occlusion, Failure> {
-        let settings = Settings { radius: Radius::Units(radius), ..Settings::default() };
-        let ao = AmbientOcclusion::new(gl.clone(), size, &settings)?;
-        Ok(Occlusion { ao, multiply: Multiply::new(gl)? })
-    }
-
-    /// Multiplies the colour of the G-buffer by visibility.
-    fn apply(&mut self, gbuffer: &GBuffer) -> Result<(), Failure> {
-        let projection = gbuffer.projection.to_cols_array();
-        let view = Projection::from_matrix(&projection)?;
-        let inputs = Inputs {
-            depth_encoding: DepthEncoding::Matrix { projection, range: ClipRange::MinusOneToOne },
-            normal_space: NormalSpace::Eye(Hand::Right),
-            ..Inputs::new(gbuffer.depth, gbuffer.normals, TextureTarget::Texture2d, view)
-        };
-        let visibility = self.ao.render(&inputs)?;
-        gbuffer.bind_picture();
-        self.multiply.draw(visibility);
-        Ok(())
-    }
+/// Multiplies the colour of the G-buffer by visibility, in each frame.
+fn darken(ao: &mut AmbientOcclusion, gbuffer: &GBuffer) -> Result<(), Failure> {
+    let matrix = gbuffer.projection.to_cols_array();
+    let inputs = Inputs::from_matrix(gbuffer.depth, gbuffer.normals, TextureTarget::Texture2d, &matrix)?;
+    Ok(ao.render_into(&inputs, &Output::multiplied(Some(gbuffer.picture)))?)
 }
 // Ambient occlusion ends.
 
 /// What is drawn into the window. Fields are dropped from first to last: objects of OpenGL before their context, and
 /// the context and its surface before the window.
 struct Shown {
-    occlusion: Occlusion,
+    occlusion: AmbientOcclusion,
     gbuffer: GBuffer,
     gl: Arc<glow::Context>,
     surface: Surface<WindowSurface>,
@@ -94,7 +78,7 @@ impl Shown {
 
         let size = window.inner_size().into();
         let gbuffer = GBuffer::new(&gl, size, model)?;
-        let occlusion = Occlusion::new(&gl, size, model.radius)?;
+        let occlusion = occlusion(&gl, size, model.radius)?;
         Ok(Shown { occlusion, gbuffer, gl, surface, context, window })
     }
 
@@ -106,7 +90,7 @@ impl Shown {
         self.surface.resize(&self.context, width, height);
         if self.gbuffer.size != size.into() {
             self.gbuffer = GBuffer::new(&self.gl, size.into(), model)?;
-            self.occlusion = Occlusion::new(&self.gl, size.into(), model.radius)?;
+            self.occlusion.resize(size.into())?;
         }
         Ok(())
     }
@@ -114,7 +98,7 @@ impl Shown {
     /// Draws a frame. Returns true if it was the last.
     fn draw(&mut self, frames: &mut Frames) -> Result<bool, Failure> {
         self.gbuffer.draw();
-        self.occlusion.apply(&self.gbuffer)?;
+        darken(&mut self.occlusion, &self.gbuffer)?;
         self.gbuffer.show((0, 0));
         let (width, height) = self.gbuffer.size;
         let last = frames.drawn(&self.gl, [0, 0, width as i32, height as i32])?;

@@ -146,6 +146,41 @@ fn hardware_depth_of_every_convention_and_format_gives_the_occlusion_of_linear_d
     }
 }
 
+/// What an engine has is one line: textures and the matrix that they were drawn with.
+#[test]
+fn a_matrix_alone_says_projection_depth_and_the_hand_of_normals() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let shot = scenes::box_on_a_floor();
+    for shot in [shot.orthographic(), shot] {
+        let view = seen(context.gl(), &shot, SIZE);
+        let [near, far] = planes(&view);
+        let expected = view.by_shader(context.gl(), &settings(shot.radius));
+        // An orthographic matrix does not tell its hand.
+        let hands: &[f64] = if view.projection.is_perspective() { &[-1.0, 1.0] } else { &[-1.0] };
+        for &z_axis in hands {
+            let columns = matrix(view.projection, [near, far], false, ClipRange::MinusOneToOne, z_axis);
+            let encoding = DepthEncoding::Matrix { projection: columns, range: ClipRange::MinusOneToOne };
+            let depth = Stored::new(context.gl(), &view, encoding, Depths::Float, TextureTarget::Rectangle);
+            let normals = view.normals.map(|[x, y, z]| [x, y, z * z_axis as f32]);
+            let normals = ByHand { normals, ..view.clone() };
+            let normals = Textures::new(context.gl(), &normals, TextureTarget::Rectangle, NormalEncoding::Signed);
+            let (depth, normals) = (depth.image.texture, normals.inputs.normals.unwrap().texture);
+            let inputs = Inputs::from_matrix(depth, normals, TextureTarget::Rectangle, &columns).unwrap();
+            let got = occlusion(context.gl(), SIZE, &settings(shot.radius), &inputs);
+            let close = |a: &f32, b: &f32| (a - b).abs() < 2e-3;
+            let same = got.texels.iter().zip(&expected.texels).filter(|(a, b)| close(a, b)).count();
+            assert!(same * 1000 > got.texels.len() * 995, "{z_axis} {same}");
+        }
+    }
+    assert!(Inputs::from_matrix(depth_of(&context), depth_of(&context), TextureTarget::Rectangle, &[0.0; 16]).is_err());
+}
+
+/// A texture of which only the name is needed.
+fn depth_of(context: &Context) -> glow::Texture {
+    // SAFETY: the context is current.
+    unsafe { context.gl().create_texture().unwrap() }
+}
+
 #[test]
 fn hardware_depth_may_be_in_a_rectangle_or_in_a_layer_of_an_array() {
     let context = Context::open(Backend::Osmesa).unwrap();

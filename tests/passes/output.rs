@@ -251,6 +251,11 @@ fn a_framebuffer_is_multiplied() {
     scene.ao.render_into(&scene.textures.inputs, &output).unwrap();
     let [r, g, b, alpha] = COLOUR;
     scene.check(&read(scene.context.gl(), image), |_, a| [r * a, g * a, b * a, alpha], "framebuffer");
+    // SAFETY: the context is current.
+    unsafe { scene.context.gl().bind_framebuffer(glow::DRAW_FRAMEBUFFER, Some(framebuffer)) };
+    let output = Output { to: Destination::Bound, write: Write::Visibility, ..output };
+    scene.ao.render_into(&scene.textures.inputs, &output).unwrap();
+    scene.check(&read(scene.context.gl(), image), |_, a| [a, a, a, 1.0], "bound");
 }
 
 #[test]
