@@ -150,8 +150,7 @@ fn hardware_depth_of_every_convention_and_format_gives_the_occlusion_of_linear_d
 #[test]
 fn a_matrix_alone_says_projection_depth_and_the_hand_of_normals() {
     let context = Context::open(Backend::Egl).unwrap();
-    let shot = scenes::box_on_a_floor();
-    for shot in [shot.orthographic(), shot] {
+    for shot in [scenes::box_on_a_floor(), scenes::box_on_a_floor().orthographic()] {
         let view = seen(context.gl(), &shot, SIZE);
         let [near, far] = planes(&view);
         let expected = view.by_shader(context.gl(), &settings(shot.radius));

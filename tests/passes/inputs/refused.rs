@@ -47,7 +47,7 @@ fn what_cannot_be_right_is_refused_in_one_line() {
         ),
         (
             Inputs { depth: TextureRef { texture: renderbuffer, target: flat }, ..right },
-            "a renderbuffer cannot be read",
+            "a renderbuffer is none",
         ),
         (with(DepthEncoding::standard(100.0, 1.0)), "near 100 must be below far 1: they may be swapped"),
         (with(DepthEncoding::reversed(1.0, 1.0)), "near 1 must be below far 1"),
