@@ -49,7 +49,7 @@ pub mod settings;
 mod threads;
 mod tile;
 
-pub use ambient_occlusion::{AmbientOcclusion, Finding, Inputs, Viewport};
+pub use ambient_occlusion::{AmbientOcclusion, Finding, InputTextures, Inputs, Viewport};
 pub use encoding::{ClipRange, DepthEncoding, Hand, NormalEncoding, NormalSpace};
 pub use error::Error;
 pub use gl::{Format, PassTime, Timers, check_size, size_limit};

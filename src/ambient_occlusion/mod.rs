@@ -3,12 +3,14 @@
 mod check;
 mod diagnose;
 mod evidence;
+mod input_textures;
 mod inputs;
 mod plan;
 mod programs;
 mod targets;
 
 pub use diagnose::Finding;
+pub use input_textures::InputTextures;
 pub use inputs::{Inputs, Viewport};
 pub(crate) use programs::Purpose;
 
@@ -340,8 +342,22 @@ impl AmbientOcclusion {
         Ok(kept)
     }
 
-    /// Reads back the result of the last run: ambient occlusion after the blur, if there is one.
-    pub(crate) fn image(&self) -> Result<Image<f32>, Error> {
+    /// Reads back the linear depth that the last call of [`AmbientOcclusion::render`] made, as
+    /// [`AmbientOcclusion::linear_depth`] lends it. `None` if the caller's depth was linear already.
+    ///
+    /// # Errors
+    /// [`Error::Gl`] if the driver refuses to read the image back.
+    pub fn linear_depth_image(&self) -> Result<Option<Image<f32>>, Error> {
+        let pass = self.programs.get(self.current).and_then(|programs| programs.linear_depth.as_ref());
+        let (width, height) = (self.size.0 as usize, self.size.1 as usize);
+        pass.map(|pass| Ok(Image { width, height, texels: pass.texture.read()? })).transpose()
+    }
+
+    /// Reads back the result of the last call of [`AmbientOcclusion::render`].
+    ///
+    /// # Errors
+    /// [`Error::Gl`] if the driver refuses to read the image back.
+    pub fn image(&self) -> Result<Image<f32>, Error> {
         read(&self.targets[self.last])
     }
 

@@ -15,7 +15,7 @@ pub(super) fn check_pixels(path: &Path, width: usize, height: usize) -> Result<(
     }
     Err(Error::input(
         path,
-        format!("it has {width}x{height} pixels, and at most {MOST_PIXELS} are compared: cut it up"),
+        format!("it has {width}x{height} pixels, and at most {MOST_PIXELS} are read: cut it up"),
     ))
 }
 
