@@ -7,6 +7,7 @@ mod compare;
 mod completions;
 mod flags;
 mod folder;
+mod image;
 mod info;
 mod paper;
 mod render;
@@ -49,6 +50,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     }
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
+        Some(("image", matches)) => image::run(matches),
         Some(("truth", matches)) => truth::run(matches),
         Some(("trade", matches)) => trade::run(matches),
         Some(("tune", matches)) => tune::run(matches),
@@ -76,6 +78,7 @@ fn command() -> Command {
         .args_override_self(true)
         .arg(quiet)
         .subcommand(render::command())
+        .subcommand(image::command())
         .subcommand(truth::command())
         .subcommand(trade::command())
         .subcommand(tune::command())
