@@ -172,10 +172,10 @@ fn read_exr(
         }
         let Vec2(width, height) = header.layer_size;
         let (left, top) = offset(header);
-        for y in 0..height {
-            for x in 0..width {
-                put(image, left + x as i64, top + y as i64, f32::NAN);
-            }
+        let columns = left..left + width as i64;
+        let rows = top..top + height as i64;
+        for y in (0..image.height as i64).filter(|y| rows.contains(y)) {
+            (0..image.width as i64).filter(|x| columns.contains(x)).for_each(|x| put(image, x, y, f32::NAN));
         }
     }
     let parts: Vec<usize> = images.iter().map(|((part, _), _)| *part).collect();
