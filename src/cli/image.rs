@@ -215,9 +215,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
                  have errors{coarse}"
             ));
         }
-        findings::notices(gl, size, &needed, &inputs, depth.half)?.iter().for_each(|notice| say(notice));
-        let linear = linear_depth(&ao, &depth)?;
-        unmeant_radius(&linear, projection, &needed, &visibility)?.iter().for_each(|notice| say(notice));
+        let mut found = findings::notices(gl, size, &needed, &inputs, depth.half)?;
+        // With depth that is taken for something else, R would be judged at wrong depths.
+        if found.is_empty() {
+            found.extend(unmeant_radius(&linear_depth(&ao, &depth)?, projection, &needed, &visibility)?);
+        }
+        found.iter().for_each(|notice| say(notice));
     }
 
     let origin = flags::with_origin(&settings, origin(matches, &depth_flags, &normals_flags, size));
