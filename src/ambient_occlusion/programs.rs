@@ -8,7 +8,7 @@ use crate::pass::blur::{Blur, BlurVariant};
 use crate::pass::edges::Edges;
 use crate::pass::half_depth::HalfDepth;
 use crate::pass::linear_depth::{CurveVariant, LinearDepth, SamplesVariant};
-use crate::pass::method::{MethodPass, MethodVariant, NormalsVariant, reads_half_depth, reads_normals};
+use crate::pass::method::{MethodPass, MethodVariant, NormalsVariant, reads_half_depth};
 use crate::pass::rebuilt_normals::RebuiltNormals;
 use crate::pass::{Grid, ImageVariant};
 use crate::settings::Settings;
@@ -103,7 +103,7 @@ impl Programs {
         stencil: &Renderbuffer,
     ) -> Result<(), Error> {
         let MethodVariant { depth, normals, orthographic, .. } = self.kind.method;
-        if normals == NormalsVariant::Rebuilt && self.ao.is_some() && reads_normals(settings) {
+        if normals == NormalsVariant::Rebuilt && self.ao.is_some() && settings.reads_normals() {
             self.rebuilt_normals = Some(RebuiltNormals::new(gl, depth, orthographic, grid, Some(stencil))?);
         }
         Ok(())

@@ -177,6 +177,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     knobs.given().filter_map(|flag| wanted.idle(flag, &settings)).for_each(|notice| say(&notice));
     wanted.idle_colours().for_each(|notice| say(&notice));
     normals_flags.idle().iter().for_each(|notice| say(notice));
+    if normals.is_some() && !settings.reads_normals() {
+        say(&format!("NORMALS have no effect with --method {}", settings.method.name()));
+    }
     depth_flags.idle().iter().for_each(|notice| say(notice));
     camera.idle(depth_flags.is_hardware(), reads_near).iter().for_each(|notice| say(notice));
     if depth.pixel_aspect != 1.0 && camera.takes_square_pixels() {

@@ -469,6 +469,20 @@ mod notices_of_what_is_hardly_meant {
     }
 
     #[test]
+    fn pixels_that_are_not_square_are_told_where_the_camera_takes_them_as_square() {
+        let dumped = dump("cornell-box", CORNELL);
+        let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(SIZE));
+        attributes.pixel_aspect = 2.0;
+        let parts = vec![layer(None, 97, &[("Z", floats(&dumped.depth))])];
+        ExrImage::from_layers(attributes, parts).write().to_file(dumped.path("wide.exr")).unwrap();
+        let files = "wide.exr d/normals.exr --normals-are left --radius 150";
+        tells(&dumped, &format!("{files} --fov-y 40"), "its pixels are 2 times as wide as high");
+        let tan = 20f64.to_radians().tan();
+        let (right, top) = (tan * 97.0 / 61.0, tan);
+        dumped.silent(&format!("{files} --frustum={},{right},{},{top}", -right, -top));
+    }
+
+    #[test]
     fn flags_without_effect_are_told() {
         let dumped = dump("cornell-box", CORNELL);
         let left = format!("d/depth.exr d/normals.exr --normals-are left {CORNELL}");
@@ -489,6 +503,9 @@ mod notices_of_what_is_hardly_meant {
         ] {
             tells(&dumped, &format!("{left} {flags}"), &format!("{flag} has no effect"));
         }
+        let normals = "d/depth.exr d/normals.exr --normals-are left --fov-y 40 --method";
+        tells(&dumped, &format!("{normals} ssao"), "NORMALS have no effect with --method ssao");
+        dumped.silent(&format!("{normals} ssao --ssao-normals on"));
         let (told, _) = dumped.image(&format!("d/depth.exr {CORNELL} --normals-encoding signed"));
         assert!(told.iter().any(|line| line == "--normals-encoding has no effect without NORMALS"), "{told:?}");
     }
@@ -767,6 +784,7 @@ mod refusals {
                 (1, &format!("cut.exr {CORNELL}"), "cut.exr: the file is damaged or cut off"),
                 (1, &format!("header.exr {CORNELL}"), "header.exr: "),
                 (1, &format!("none.exr {CORNELL}"), "none.exr: no such file"),
+                (1, &format!("/dev/zero {CORNELL}"), "/dev/zero: it is neither a PNG nor an EXR file"),
                 (1, &format!(". {CORNELL}"), ".: this is a folder, and not a picture"),
                 (1, &format!("d/depth.exr small.exr {CORNELL}"), "small.exr: it has 96x61 pixels, and depth has 97x61"),
                 (1, &format!("d/depth.exr {CORNELL} --show final --color small.exr"), "small.exr: it has 96x61 pixels"),
