@@ -35,7 +35,7 @@ struct Found {
 }
 
 enum Source {
-    Exr(Chunks),
+    Exr(Box<Chunks>),
     /// A PNG file has few channels and is read at once.
     Png(Channels),
 }
@@ -88,7 +88,7 @@ impl Layers {
             })
         });
         let (channels, aspect) = (channels.collect(), shared.pixel_aspect);
-        Ok(Layers { path: path.into(), width, height, aspect, channels, source: Source::Exr(chunks) })
+        Ok(Layers { path: path.into(), width, height, aspect, channels, source: Source::Exr(Box::new(chunks)) })
     }
 
     /// Returns whether the file is a PNG, whose samples are from 0 to 1.
@@ -141,7 +141,7 @@ impl Layers {
                 .collect()),
             Source::Exr(chunks) => {
                 let picture = Image::filled(width, height, outside);
-                read_exr(&self.path, chunks, places.into_iter().map(|place| (place, picture.clone())).collect())
+                read_exr(&self.path, *chunks, places.into_iter().map(|place| (place, picture.clone())).collect())
             }
         }
     }

@@ -76,9 +76,10 @@ impl Projection {
         Projection::Orthographic(Extents::centred(height / 2.0 * aspect, height / 2.0))
     }
 
-    /// The perspective of a camera with these intrinsics, for a picture of `size` (width, height) pixels. `focal` is the
-    /// focal length in pixels in x and in y. `principal` is the point of the picture that the view's axis goes through,
-    /// in pixels from the upper left corner of the picture, y down; the centre of the first pixel is (0.5, 0.5).
+    /// The perspective of a camera with these intrinsics, for a picture of `size` (width, height) pixels. `focal` is
+    /// the focal length in pixels in x and in y. `principal` is the point of the picture that the view's axis goes
+    /// through, in pixels from the upper left corner of the picture, y down. The centre of the first pixel is (0.5,
+    /// 0.5).
     #[must_use]
     pub fn from_intrinsics(focal: [f64; 2], principal: [f64; 2], size: (u32, u32)) -> Projection {
         let [[fx, fy], [cx, cy], [width, height]] = [focal, principal, [size.0.into(), size.1.into()]];

@@ -611,7 +611,8 @@ mod outputs {
 mod refusals {
     use super::*;
 
-    /// Runs each command line, which must fail with this exit code, in one line that contains `part`, and leave no file.
+    /// Runs each command line, which must fail with this exit code, in one line that contains `part`, and leave no
+    /// file.
     fn refuses(folder: &Path, cases: &[(i32, &str, &str)]) {
         let before = names(folder);
         for (code, arguments, part) in cases {
