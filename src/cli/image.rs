@@ -31,7 +31,8 @@ const EXPLANATION: &str = "\
 DEPTH is an EXR file of any layout: with one or several layers or parts, scanlines or tiles, half, float or whole
 numbers. Its picture is its display window, and nothing is where it has no data. Depth must not be filtered: a pixel at
 an edge that holds the mean of two depths is a surface between them. NORMALS may be a PNG of 8 or 16 bits, and may be
-the same file as DEPTH. Without NORMALS they are rebuilt from depth.
+the same file as DEPTH. Without NORMALS they are rebuilt from depth. A picture has one depth per pixel, and is read as
+float: --msaa, --edges, --normals, --normal-format and --depth-format have no effect.
 
 The images of --show:
   ao, ao-raw    visibility after the blur (ao) and before it (ao-raw), 1 where nothing occludes: grey in a
