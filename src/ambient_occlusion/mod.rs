@@ -18,6 +18,7 @@ use crate::Error;
 use crate::gl::state::SavedState;
 use crate::gl::{self, Format, Renderbuffer, Target, Texture, Timers};
 use crate::image::Image;
+use crate::pass::linear_depth::LinearDepth;
 use crate::pass::method::{MethodView, NormalsInput};
 use crate::pass::{FullScreen, Grid, TextureRef};
 use crate::projection::Projection;
@@ -350,7 +351,8 @@ impl AmbientOcclusion {
     pub fn linear_depth_image(&self) -> Result<Option<Image<f32>>, Error> {
         let pass = self.programs.get(self.current).and_then(|programs| programs.linear_depth.as_ref());
         let (width, height) = (self.size.0 as usize, self.size.1 as usize);
-        pass.map(|pass| Ok(Image { width, height, texels: pass.texture.read()? })).transpose()
+        let read = |pass: &LinearDepth| self.read_back(|| pass.texture.read());
+        pass.map(|pass| Ok(Image { width, height, texels: read(pass)? })).transpose()
     }
 
     /// Reads back the result of the last call of [`AmbientOcclusion::render`].
@@ -358,7 +360,14 @@ impl AmbientOcclusion {
     /// # Errors
     /// [`Error::Gl`] if the driver refuses to read the image back.
     pub fn image(&self) -> Result<Image<f32>, Error> {
-        read(&self.targets[self.last])
+        self.read_back(|| read(&self.targets[self.last]))
+    }
+
+    /// Runs `read`, which reads an image back, and restores the state that it changes.
+    fn read_back<T>(&self, read: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        gl::check(&self.gl, PENDING)?;
+        let state = SavedState::save(&self.gl, self.targets.first().map(|target| &target.framebuffer))?;
+        state.put_back_after(&self.gl, read)
     }
 
     /// Returns the texture that [`AmbientOcclusion::image`] reads.

@@ -50,13 +50,13 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
     }
     match matches.subcommand() {
         Some(("render", matches)) => render::run(matches),
-        Some(("image", matches)) => image::run(matches),
         Some(("truth", matches)) => truth::run(matches),
         Some(("trade", matches)) => trade::run(matches),
         Some(("tune", matches)) => tune::run(matches),
         Some(("bench", matches)) => bench::run(matches),
         Some(("paper", matches)) => paper::run(matches),
         Some(("compare", matches)) => compare::run(matches),
+        Some(("image", matches)) => image::run(matches),
         Some(("info", _)) => info::run(),
         Some(("completions", matches)) => completions::run(matches, command()),
         // clap accepts no other subcommand.
@@ -78,13 +78,13 @@ fn command() -> Command {
         .args_override_self(true)
         .arg(quiet)
         .subcommand(render::command())
-        .subcommand(image::command())
         .subcommand(truth::command())
         .subcommand(trade::command())
         .subcommand(tune::command())
         .subcommand(bench::command())
         .subcommand(paper::command())
         .subcommand(compare::command())
+        .subcommand(image::command())
         .subcommand(info::command())
         .subcommand(completions::command())
 }

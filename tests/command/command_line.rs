@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Output, Stdio};
 
 const VERBS: [&str; 10] =
-    ["render", "image", "truth", "trade", "tune", "bench", "paper", "compare", "info", "completions"];
+    ["render", "truth", "trade", "tune", "bench", "paper", "compare", "image", "info", "completions"];
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
