@@ -17,9 +17,10 @@ use depth::{Depth, DepthFlags};
 use hbao::image::{Image, Outputs, exr, png};
 use hbao::measure::Reach;
 use hbao::settings::{Radius, Settings};
-use hbao::{AmbientOcclusion, BACKGROUND_R32F, Error, InputTextures, Inputs, PassTime, Projection, Timers};
+use hbao::{AmbientOcclusion, BACKGROUND_R32F, Error, InputTextures, Inputs, PassTime, Timers, glow};
 use normals::NormalsFlags;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// The images that the verb writes.
 const SHOWN: [(&str, &ImageKind); 3] = [("ao", &AO), ("ao-raw", &AO_RAW), ("final", &FINAL)];
@@ -175,14 +176,12 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     };
 
     let context = open_context(backend)?;
-    knobs.given().filter_map(|flag| wanted.idle(flag, &settings)).for_each(|notice| say(&notice));
-    wanted.idle_colours().for_each(|notice| say(&notice));
-    normals_flags.idle().iter().for_each(|notice| say(notice));
+    let idle = knobs.given().filter_map(|flag| wanted.idle(flag, &settings)).chain(wanted.idle_colours());
+    let idle = idle.chain(normals_flags.idle().iter().cloned()).chain(depth_flags.idle());
+    idle.chain(camera.idle(depth_flags.is_hardware(), reads_near)).for_each(|notice| say(&notice));
     if normals.is_some() && !settings.reads_normals() {
         say(&format!("NORMALS have no effect with --method {}", settings.method.name()));
     }
-    depth_flags.idle().iter().for_each(|notice| say(notice));
-    camera.idle(depth_flags.is_hardware(), reads_near).iter().for_each(|notice| say(notice));
     if depth.pixel_aspect != 1.0 && camera.takes_square_pixels() {
         say(&format!(
             "DEPTH says that its pixels are {} times as wide as high, and they are taken as square: give --frustum or \
@@ -209,23 +208,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         times = timers.take();
     }
     let visibility = ao.image()?;
-    if depth.covered() == 0 {
-        say("no pixel of DEPTH holds a surface, and all of the image is 1: check --depth-channel and --background");
-    } else if settings.method.computes() {
-        if ao.rebuilt_normals().is_some() {
-            let coarse = if depth.half { "; DEPTH holds half floats, too coarse for that: steps show" } else { "" };
-            say(&format!(
-                "no NORMALS are given, so that they are rebuilt from depth: curved surfaces are facetted, and silhouettes \
-                 have errors{coarse}"
-            ));
-        }
-        let mut found = findings::notices(gl, size, &needed, &inputs, depth.half)?;
-        // With depth that is taken for something else, R would be judged at wrong depths.
-        if found.is_empty() {
-            found.extend(unmeant_radius(&linear_depth(&ao, &depth)?, projection, &needed, &visibility)?);
-        }
-        found.iter().for_each(|notice| say(notice));
-    }
+    doubts(gl, &needed, &ao, &inputs, &depth, &visibility)?.iter().for_each(|notice| say(notice));
 
     let origin = flags::with_origin(&settings, origin(matches, &depth_flags, &normals_flags, size));
     let text = flags::stored_text(matches, &origin);
@@ -242,21 +225,40 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     outputs.commit()
 }
 
-/// Returns linear depth with +infinity where nothing is.
-fn linear_depth(ao: &AmbientOcclusion, depth: &Depth) -> Result<Image<f32>, Error> {
-    let linear = ao.linear_depth_image()?.unwrap_or_else(|| depth.image.clone());
-    Ok(linear.map(|z| if z >= BACKGROUND_R32F { f32::INFINITY } else { z }))
-}
-
-/// Returns the notice about visibility of 1 that the user hardly meant.
-fn unmeant_radius(
-    depth: &Image<f32>,
-    projection: Projection,
+/// Returns the notices about a result that the user hardly meant.
+fn doubts(
+    gl: &Arc<glow::Context>,
     settings: &Settings,
+    ao: &AmbientOcclusion,
+    inputs: &Inputs,
+    depth: &Depth,
     visibility: &Image<f32>,
-) -> Result<Option<String>, Error> {
-    let radius = unmeant::radius(settings, "--radius", |settings| Reach::of(depth, projection, settings))?;
-    Ok(radius.or(unmeant::open(visibility, settings, settings.method.reads("radius"))))
+) -> Result<Vec<String>, Error> {
+    if depth.covered() == 0 {
+        let what =
+            "no pixel of DEPTH holds a surface, and all of the image is 1: check --depth-channel and --background";
+        return Ok(vec![what.into()]);
+    }
+    if !settings.method.computes() {
+        return Ok(Vec::new());
+    }
+    let size = (depth.image.width as u32, depth.image.height as u32);
+    let mut found = findings::notices(gl, size, settings, inputs, depth.half)?;
+    // With depth that is taken for something else, R would be judged at wrong depths.
+    if found.is_empty() {
+        let linear = ao.linear_depth_image()?.unwrap_or_else(|| depth.image.clone());
+        let linear = linear.map(|z| if z >= BACKGROUND_R32F { f32::INFINITY } else { z });
+        let reach = |settings: &Settings| Reach::of(&linear, inputs.projection, settings);
+        let radius = unmeant::radius(settings, "--radius", reach)?;
+        found.extend(radius.or(unmeant::open(visibility, settings, settings.method.reads("radius"))));
+    }
+    if ao.rebuilt_normals().is_some() {
+        let coarse = if depth.half { "; DEPTH holds half floats, too coarse for that: steps show" } else { "" };
+        let what = "no NORMALS are given, so that they are rebuilt from depth: curved surfaces are facetted, and silhouettes \
+                    have errors";
+        found.push(format!("{what}{coarse}"));
+    }
+    Ok(found)
 }
 
 /// Returns the colours times visibility. Visibility may be that of a texel for each 2x2 pixels.
