@@ -2,6 +2,7 @@
 //! Bavoil and Sainz (*ShaderX7* 6.2) on OpenGL 3.3 core, with a float64 twin of every pass that computes something.
 //!
 //! - To embed it in an application that owns a context and a G-buffer, use [`AmbientOcclusion`]; the example is below.
+//! - To compute it from images in memory, such as another renderer wrote, use [`InputTextures`] and [`image::Layers`].
 //! - To render a model without a display, use [`context::Context`], [`scene::Scene`] and [`Pipeline`].
 //! - To compare its results with the equations, use [`mod@reference`].
 //! - To read the results of the measurements, see [`measure`].
@@ -49,7 +50,7 @@ pub mod settings;
 mod threads;
 mod tile;
 
-pub use ambient_occlusion::{AmbientOcclusion, Destination, Finding, Inputs, Output, Viewport, Write};
+pub use ambient_occlusion::{AmbientOcclusion, Destination, Finding, InputTextures, Inputs, Output, Viewport, Write};
 pub use encoding::{ClipRange, DepthEncoding, NormalEncoding, NormalSpace};
 pub use error::Error;
 pub use gl::{Format, PassTime, Timers, check_size, size_limit};

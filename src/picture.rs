@@ -304,7 +304,8 @@ fn unit(byte: u8) -> f32 {
     f32::from(byte) / 255.0
 }
 
-fn byte(unit: f32) -> u8 {
+/// Converts a number from 0 to 1 to 8 bits. Others are clamped.
+pub(crate) fn byte(unit: f32) -> u8 {
     (255.0 * unit).round() as u8
 }
 

@@ -3,6 +3,7 @@
 mod check;
 mod diagnose;
 mod evidence;
+mod input_textures;
 mod inputs;
 mod output;
 mod plan;
@@ -10,6 +11,7 @@ mod programs;
 mod targets;
 
 pub use diagnose::Finding;
+pub use input_textures::InputTextures;
 pub use inputs::{Inputs, Viewport};
 pub use output::{Destination, Output, Write};
 pub(crate) use programs::Purpose;
@@ -305,8 +307,12 @@ impl AmbientOcclusion {
     /// caller's depth was linear already. Like the result, it is valid until the next call.
     #[must_use]
     pub fn linear_depth(&self) -> Option<TextureRef> {
+        self.linear_depth_texture().map(TextureRef::from)
+    }
+
+    fn linear_depth_texture(&self) -> Option<&Texture> {
         self.programs.get(self.current)?.linear_depth.as_ref()?;
-        self.images.linear_depth.as_ref().map(|image| (&image.texture).into())
+        self.images.linear_depth.as_ref().map(|image| &image.texture)
     }
 
     /// Returns the normals that the last call of [`AmbientOcclusion::render`] rebuilt from depth: a rectangle texture
@@ -454,9 +460,30 @@ impl AmbientOcclusion {
         }
     }
 
-    /// Reads back the result of the last run: ambient occlusion after the blur, if there is one.
-    pub(crate) fn image(&self) -> Result<Image<f32>, Error> {
-        read(self.last())
+    /// Reads back the linear depth that the last call of [`AmbientOcclusion::render`] made, as
+    /// [`AmbientOcclusion::linear_depth`] lends it. `None` if the caller's depth was linear already.
+    ///
+    /// # Errors
+    /// [`Error::Gl`] if the driver refuses to read the image back.
+    pub fn linear_depth_image(&self) -> Result<Option<Image<f32>>, Error> {
+        let (width, height) = (self.size.0 as usize, self.size.1 as usize);
+        let Some(texture) = self.linear_depth_texture() else { return Ok(None) };
+        Ok(Some(Image { width, height, texels: self.read_back(|| texture.read())? }))
+    }
+
+    /// Reads back the result of the last call of [`AmbientOcclusion::render`].
+    ///
+    /// # Errors
+    /// [`Error::Gl`] if the driver refuses to read the image back.
+    pub fn image(&self) -> Result<Image<f32>, Error> {
+        self.read_back(|| read(self.last()))
+    }
+
+    /// Runs `read`, which reads an image back, and restores the state that it changes.
+    fn read_back<T>(&self, read: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        gl::check(&self.gl, PENDING)?;
+        let state = SavedState::save(&self.gl, self.images.ao.first().map(|target| &target.canvas.framebuffer))?;
+        state.put_back_after(&self.gl, read)
     }
 
     /// Returns the texture that [`AmbientOcclusion::image`] reads.

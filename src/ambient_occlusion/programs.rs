@@ -9,7 +9,7 @@ use crate::pass::blur::{Blur, BlurVariant};
 use crate::pass::edges::Edges;
 use crate::pass::half_depth::HalfDepth;
 use crate::pass::linear_depth::{CurveVariant, LinearDepth, SamplesVariant};
-use crate::pass::method::{MethodPass, MethodVariant, NormalsVariant, reads_half_depth, reads_normals};
+use crate::pass::method::{MethodPass, MethodVariant, NormalsVariant, reads_half_depth};
 use crate::pass::rebuilt_normals::RebuiltNormals;
 use crate::settings::Settings;
 
@@ -104,7 +104,7 @@ impl Programs {
         let half_depth =
             if reads_half_depth(settings) && ao.is_some() { Some(HalfDepth::new(cache, depth)?) } else { None };
         let linear_depth = kind.encoded.map(|(depth, curve)| LinearDepth::new(cache, depth, curve)).transpose()?;
-        let rebuilt_normals = if normals == NormalsVariant::Rebuilt && ao.is_some() && reads_normals(settings) {
+        let rebuilt_normals = if normals == NormalsVariant::Rebuilt && ao.is_some() && settings.reads_normals() {
             Some(RebuiltNormals::new(cache, depth, !perspective, plan.scales[0])?)
         } else {
             None

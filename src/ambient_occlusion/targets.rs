@@ -8,7 +8,7 @@ use crate::image::Image;
 use crate::pass::Grid;
 use crate::pass::half_depth::HalfDepth;
 use crate::pass::linear_depth::LinearDepth;
-use crate::pass::method::{reads_half_depth, reads_normals};
+use crate::pass::method::reads_half_depth;
 use crate::pass::rebuilt_normals::RebuiltNormals;
 use crate::settings::{AoFormat, Settings};
 use glow::HasContext;
@@ -101,7 +101,7 @@ impl Images {
 pub(super) fn same_images(a: &Settings, b: &Settings) -> bool {
     let layout = |settings: &Settings| {
         let scales = [false, true].map(|multisample| Plan::new(settings, multisample).scales);
-        (scales, settings.ao_format, reads_half_depth(settings), reads_normals(settings))
+        (scales, settings.ao_format, reads_half_depth(settings), settings.reads_normals())
     };
     layout(a) == layout(b)
 }

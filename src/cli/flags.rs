@@ -36,6 +36,11 @@ pub(crate) struct Flags {
     pub(crate) view: View,
     /// Which library creates the OpenGL context.
     pub(crate) backend: Backend,
+    knobs: KnobFlags,
+}
+
+/// The settings that flags give, and those of the settings file.
+pub(crate) struct KnobFlags {
     file: Option<(PathBuf, String)>,
     knobs: Vec<(&'static Knob, String)>,
 }
@@ -58,7 +63,7 @@ pub(crate) fn valued(name: &'static str, value: &'static str, help: impl Into<St
 }
 
 /// Makes a flag whose value may begin with a minus even if it is more than a number: `-1,2,3`, `-1%`.
-fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
+pub(crate) fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
     valued(name, value, help).allow_hyphen_values(true)
 }
 
@@ -123,39 +128,57 @@ pub(crate) fn arguments() -> Vec<Arg> {
             signed("eye", "X,Y,Z", "Camera position [default: the scene's own, or one that frames the whole scene]"),
             signed("target", "X,Y,Z", "Point that the camera looks at [default: the scene's own, or its centre]"),
             signed("up", "X,Y,Z", "Direction that points up in the image [default: the scene's own, or 0,1,0]"),
-            valued(
-                "fov-y",
-                "DEG",
-                "Vertical field of view of a perspective camera [1 to 175; default: the scene's own, or 45]",
-            )
-            .conflicts_with_all(["ortho", "frustum", "ortho-frustum"]),
-            valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units")
-                .conflicts_with_all(["frustum", "ortho-frustum"]),
-            signed(
-                "frustum",
-                "L,R,B,T",
-                "Left, right, bottom and top edge of a perspective camera's image at depth 1, in place of --fov-y",
-            )
-            .conflicts_with("ortho-frustum"),
-            signed(
-                "ortho-frustum",
-                "L,R,B,T",
-                "Left, right, bottom and top edge of an orthographic camera's image, in scene units, in place of --ortho",
-            ),
+        ]
+        .into_iter()
+        .chain(lens_arguments("1 to 175; default: the scene's own, or 45"))
+        .chain([
             valued("near", "Z", "Smallest visible depth [default: chosen so that nothing is clipped]"),
             valued("far", "Z", "Largest visible depth [default: chosen so that nothing is clipped]"),
-        ]
+        ])
         .map(|arg| arg.help_heading("Camera")),
     );
-    all.extend(KNOBS.iter().map(knob_argument));
+    all.extend(knob_arguments());
+    all.push(backend_argument());
+    all
+}
+
+/// Makes the flags that say how much a camera's image shows. `angles` says which fields of view are accepted.
+pub(crate) fn lens_arguments(angles: &str) -> [Arg; 4] {
+    [
+        valued("fov-y", "DEG", format!("Vertical field of view of a perspective camera [{angles}]"))
+            .conflicts_with_all(["ortho", "frustum", "ortho-frustum"]),
+        valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units")
+            .conflicts_with_all(["frustum", "ortho-frustum"]),
+        signed(
+            "frustum",
+            "L,R,B,T",
+            "Left, right, bottom and top edge of a perspective camera's image at depth 1, in place of --fov-y",
+        )
+        .conflicts_with("ortho-frustum"),
+        signed(
+            "ortho-frustum",
+            "L,R,B,T",
+            "Left, right, bottom and top edge of an orthographic camera's image, in scene units, in place of --ortho",
+        ),
+    ]
+}
+
+/// Reads the values of [`lens_arguments`], which exclude each other.
+pub(crate) fn read_lens(matches: &ArgMatches) -> Result<Option<Lens>, Error> {
+    let lens = number(matches, "fov-y")?.map(|degrees| Lens::FovY(degrees.to_radians()));
+    let lens = lens.or(number(matches, "ortho")?.map(Lens::Height));
+    let lens = lens.or(extents(matches, "frustum")?.map(Lens::Frustum));
+    Ok(lens.or(extents(matches, "ortho-frustum")?.map(Lens::OrthoFrustum)))
+}
+
+/// Makes the flags of all settings, and that of the settings file.
+pub(crate) fn knob_arguments() -> impl Iterator<Item = Arg> {
     let file = path(
         "settings",
         "FILE",
         "Read the settings above from a TOML file, or from an image that hbao wrote; flags override the file",
     );
-    all.push(file.help_heading("Settings"));
-    all.push(backend_argument());
-    all
+    KNOBS.iter().map(knob_argument).chain([file.help_heading("Settings")])
 }
 
 /// Makes the flag `--size`.
@@ -243,31 +266,23 @@ fn knob_argument(knob: &'static Knob) -> Arg {
 impl Flags {
     /// Reads and checks all shared flags. The settings file is the only file that it opens.
     pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
-        // The flags exclude each other.
-        let lens = number(matches, "fov-y")?.map(|degrees| Lens::FovY(degrees.to_radians()));
-        let lens = lens.or(number(matches, "ortho")?.map(Lens::Height));
-        let lens = lens.or(extents(matches, "frustum")?.map(Lens::Frustum));
-        let lens = lens.or(extents(matches, "ortho-frustum")?.map(Lens::OrthoFrustum));
         let view = View {
             eye: point(matches, "eye")?,
             target: point(matches, "target")?,
             up: point(matches, "up")?,
-            lens,
+            lens: read_lens(matches)?,
             near: number(matches, "near")?,
             far: number(matches, "far")?,
         };
         view.check()?;
-        let given = |knob: &'static Knob| text(matches, knob.name).map(|text| (knob, text.to_string()));
         let flags = Flags {
             scene: matches.get_one("scene").cloned().unwrap_or_else(|| CORNELL_BOX.into()),
             size: read_size(matches)?,
             view,
             backend: read_backend(matches)?,
-            file: matches.get_one::<PathBuf>("settings").map(|path| settings_file(path)).transpose()?,
-            knobs: KNOBS.iter().filter_map(given).collect(),
+            knobs: KnobFlags::read(matches)?,
         };
-        let method = flags.settings(Settings::default())?.method;
-        flags.settings(Settings::for_scene(method))?.validate()?;
+        flags.knobs.own_settings(Settings::for_scene)?.validate()?;
         Ok(flags)
     }
 
@@ -275,10 +290,9 @@ impl Flags {
     /// settings file give.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
         let scene = Scene::open(&self.scene)?;
-        // Some methods have defaults of their own.
-        let own = Settings::for_scene(self.settings(Settings::default())?.method);
+        let own = self.knobs.defaults(Settings::for_scene)?;
         let radius = scene.radius.map_or(own.radius, Radius::Units);
-        let settings = self.settings(Settings { radius, ..own })?;
+        let settings = self.knobs.settings(Settings { radius, ..own })?;
         if matches!(settings.radius, Radius::Percent(_)) && scene.mesh.diagonal() == 0.0 {
             let what =
                 "all its points coincide, so a radius in percent of its size would be 0: give --radius in scene units";
@@ -288,17 +302,6 @@ impl Flags {
         let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
         let notices = [scene.notices.as_slice(), &of_camera].concat();
         Ok(Opened { scene, settings, camera, notices, empty })
-    }
-
-    /// Returns the settings. The settings file overrides `base`, and flags override both.
-    fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
-        if let Some((path, text)) = &self.file {
-            base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
-        }
-        for (knob, text) in &self.knobs {
-            knob.set(&mut base, text).map_err(|e| Error::Usage(format!("--{e}")))?;
-        }
-        Ok(base)
     }
 
     /// Returns the scene, the size and the camera in the form in which they are stored in the metadata of images.
@@ -334,15 +337,53 @@ impl Flags {
 
     /// Returns the names of the settings that flags set.
     pub(crate) fn knobs_given(&self) -> impl Iterator<Item = &'static str> {
-        self.knobs.iter().map(|(knob, _)| knob.name)
+        self.knobs.given()
     }
 
     /// Returns the names of the settings that flags or the settings file set.
     pub(crate) fn knobs_pinned(&self) -> Vec<&'static str> {
-        let file: toml::Table = self.file.as_ref().and_then(|(_, text)| text.parse().ok()).unwrap_or_default();
+        let file: toml::Table = self.knobs.file.as_ref().and_then(|(_, text)| text.parse().ok()).unwrap_or_default();
         let given: Vec<_> = self.knobs_given().collect();
         let names = KNOBS.iter().map(|knob| knob.name);
         names.filter(|name| given.contains(name) || file.contains_key(*name)).collect()
+    }
+}
+
+impl KnobFlags {
+    /// Reads the flags of all settings, and the settings file.
+    pub(crate) fn read(matches: &ArgMatches) -> Result<KnobFlags, Error> {
+        let given = |knob: &'static Knob| text(matches, knob.name).map(|text| (knob, text.to_string()));
+        Ok(KnobFlags {
+            file: matches.get_one::<PathBuf>("settings").map(|path| settings_file(path)).transpose()?,
+            knobs: KNOBS.iter().filter_map(given).collect(),
+        })
+    }
+
+    /// Returns the defaults of the method that is chosen: some methods have defaults of their own. `of` tells them:
+    /// [`Settings::for_scene`], or [`Settings::for_method`] where there is no scene.
+    fn defaults(&self, of: fn(Method) -> Settings) -> Result<Settings, Error> {
+        Ok(of(self.settings(Settings::default())?.method))
+    }
+
+    /// Returns the settings, without a scene's own values.
+    pub(crate) fn own_settings(&self, of: fn(Method) -> Settings) -> Result<Settings, Error> {
+        self.settings(self.defaults(of)?)
+    }
+
+    /// Returns the settings. The settings file overrides `base`, and flags override both.
+    fn settings(&self, mut base: Settings) -> Result<Settings, Error> {
+        if let Some((path, text)) = &self.file {
+            base.read_toml(text).map_err(|what| Error::Input { path: path.clone(), what })?;
+        }
+        for (knob, text) in &self.knobs {
+            knob.set(&mut base, text).map_err(|e| Error::Usage(format!("--{e}")))?;
+        }
+        Ok(base)
+    }
+
+    /// Returns the names of the settings that flags set.
+    pub(crate) fn given(&self) -> impl Iterator<Item = &'static str> {
+        self.knobs.iter().map(|(knob, _)| knob.name)
     }
 }
 
@@ -373,13 +414,14 @@ pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
     matches.get_one::<String>(name).map(String::as_str)
 }
 
-fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
+/// Returns the number that a flag gives, if the flag was given.
+pub(crate) fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
     let Some(text) = text(matches, name) else { return Ok(None) };
     text.trim().parse().map(Some).map_err(|_| Error::Usage(format!("--{name}: '{text}' is not a number")))
 }
 
 /// Returns the N numbers of a flag's value, which are separated by commas. `form` says in a message what they are.
-fn numbers<const N: usize>(matches: &ArgMatches, name: &str, form: &str) -> Result<Option<[f64; N]>, Error> {
+pub(crate) fn numbers<const N: usize>(matches: &ArgMatches, name: &str, form: &str) -> Result<Option<[f64; N]>, Error> {
     let Some(text) = text(matches, name) else { return Ok(None) };
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());

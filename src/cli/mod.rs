@@ -7,6 +7,7 @@ mod compare;
 mod completions;
 mod flags;
 mod folder;
+mod image;
 mod info;
 mod paper;
 mod render;
@@ -55,6 +56,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("bench", matches)) => bench::run(matches),
         Some(("paper", matches)) => paper::run(matches),
         Some(("compare", matches)) => compare::run(matches),
+        Some(("image", matches)) => image::run(matches),
         Some(("info", _)) => info::run(),
         Some(("completions", matches)) => completions::run(matches, command()),
         // clap accepts no other subcommand.
@@ -82,6 +84,7 @@ fn command() -> Command {
         .subcommand(bench::command())
         .subcommand(paper::command())
         .subcommand(compare::command())
+        .subcommand(image::command())
         .subcommand(info::command())
         .subcommand(completions::command())
 }

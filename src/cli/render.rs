@@ -2,7 +2,7 @@
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
-use super::session::{open_context, samples_given};
+use super::session::{open_context, samples_given, timings};
 use super::tile::{self, Region, Tile};
 use super::unmeant;
 use crate::picture::{self, FileFormat, ImageKind};
@@ -12,8 +12,7 @@ use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::measure::Reach;
 use hbao::settings::Settings;
-use hbao::{Apply, Error, PassTime, Pipeline, Request};
-use serde_json::json;
+use hbao::{Apply, Error, Pipeline, Request};
 use std::path::PathBuf;
 
 const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
@@ -230,7 +229,9 @@ fn notice(
     if !pipeline.makes_ao() || !settings.method.computes() {
         return Ok(None);
     }
-    let radius = unmeant::radius(settings, |settings| Reach::of(&depth, region.camera.projection, settings))?;
+    let radius = unmeant::radius(settings, "--radius or --size", |settings| {
+        Reach::of(&depth, region.camera.projection, settings)
+    })?;
     let visibility = pipeline.ao()?;
     let visibility = region.kept.as_ref().map_or_else(|| visibility.clone(), |kept| kept.of(&visibility));
     Ok(radius.or(unmeant::open(&visibility, settings, settings.method.reads("radius"))))
@@ -248,18 +249,4 @@ fn origin(settings: &Settings, mut render: toml::Table, wanted: &Wanted, context
     put("opengl", context.version().into());
 
     flags::with_origin(settings, render)
-}
-
-/// Returns the text of the file that `--timings` writes.
-fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
-    let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
-    let report = json!({
-        "backend": context.backend().name(),
-        "renderer": context.renderer(),
-        "size": [size.0, size.1],
-        "msaa": { "asked": asked, "given": given },
-        "passes": times.iter().map(pass).collect::<Vec<_>>(),
-        "total_ms": times.iter().map(|time| time.wall_ms).sum::<f64>(),
-    });
-    format!("{report:#}\n")
 }

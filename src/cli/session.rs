@@ -1,11 +1,12 @@
-//! The steps that several verbs share: opening a context, and tracing the truth.
+//! The steps that several verbs share: opening a context, tracing the truth, and reporting times.
 
 use crate::terminal::{bar, say};
-use hbao::Error;
 use hbao::context::{Backend, Context, fewer_threads};
 use hbao::measure::Shot;
 use hbao::reference::truth::{Traced, Truth, Weight};
 use hbao::settings::Settings;
+use hbao::{Error, PassTime};
+use serde_json::json;
 use std::time::Instant;
 
 /// The largest number of pixels that are traced, which is that of 8192x8192 pixels. Tracing takes some 60 bytes per
@@ -74,4 +75,18 @@ pub(crate) fn without_effect(knob: &str, settings: &Settings, on: &str) -> Strin
         return format!("--method has no effect on {on} but for its attenuation, {attenuation}");
     }
     format!("--{knob} has no effect on {on}")
+}
+
+/// Returns the text of the file that `--timings` writes.
+pub(crate) fn timings(context: &Context, size: (u32, u32), (asked, given): (u32, u32), times: &[PassTime]) -> String {
+    let pass = |time: &PassTime| json!({ "name": time.name, "gpu_ms": time.gpu_ms, "wall_ms": time.wall_ms });
+    let report = json!({
+        "backend": context.backend().name(),
+        "renderer": context.renderer(),
+        "size": [size.0, size.1],
+        "msaa": { "asked": asked, "given": given },
+        "passes": times.iter().map(pass).collect::<Vec<_>>(),
+        "total_ms": times.iter().map(|time| time.wall_ms).sum::<f64>(),
+    });
+    format!("{report:#}\n")
 }

@@ -132,7 +132,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let method = best.settings.method.name();
     idle.for_each(|knob| say(&format!("--{knob} has no effect on the settings found, of --method {method}")));
 
-    unmeant::radius(&best.settings, |settings| requirements.reach(settings))?.iter().for_each(|notice| say(notice));
+    unmeant::radius(&best.settings, "--radius or --size", |settings| requirements.reach(settings))?
+        .iter()
+        .for_each(|notice| say(notice));
     let listing = listing::table(&tuned, goal, &requirements).text();
     print(&format!("{}\n{listing}", words::summary(&tuned, goal)))?;
     let mut render = flags.seen(&camera);

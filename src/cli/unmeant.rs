@@ -75,10 +75,11 @@ fn leave_out(flags: &[String]) -> String {
     format!("leave out {}", flags.join(" and "))
 }
 
-/// Returns the notice for an R that does not fit the steps or the picture. `reach_of` tells how R fits with some
-/// settings.
+/// Returns the notice for an R that does not fit the steps or the picture. `larger` names the flags that make R longer
+/// in the picture, and `reach_of` tells how R fits with some settings.
 pub(crate) fn radius(
     settings: &Settings,
+    larger: &str,
     reach_of: impl Fn(&Settings) -> Result<Reach, Error>,
 ) -> Result<Option<String>, Error> {
     let reach = reach_of(settings)?;
@@ -89,8 +90,7 @@ pub(crate) fn radius(
         return Ok(None);
     }
     let shorter = reach_of(&Settings { exit: Exit::Shorten, ..settings.clone() })?;
-    let larger =
-        if settings.half_res { "a larger --radius or --size, or no --half-res" } else { "a larger --radius or --size" };
+    let larger = format!("a larger {larger}{}", if settings.half_res { ", or no --half-res" } else { "" });
     let remedy = if shorter.exits <= UNNOTICED {
         "give --exit shorten, which takes fewer steps there".into()
     } else if shorter.exits < reach.exits {

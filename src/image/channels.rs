@@ -13,10 +13,7 @@ pub(super) fn check_pixels(path: &Path, width: usize, height: usize) -> Result<(
     if width.saturating_mul(height) <= MOST_PIXELS {
         return Ok(());
     }
-    Err(Error::input(
-        path,
-        format!("it has {width}x{height} pixels, and at most {MOST_PIXELS} are compared: cut it up"),
-    ))
+    Err(Error::input(path, format!("it has {width}x{height} pixels, and at most {MOST_PIXELS} are read: cut it up")))
 }
 
 /// A picture as its file holds it: any number of named channels of one size.

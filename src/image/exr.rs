@@ -138,10 +138,11 @@ pub fn read_text(path: &Path) -> Result<Vec<(String, String)>, Error> {
     Ok(pairs)
 }
 
-type Chunks = ::exr::block::reader::Reader<BufReader<File>>;
+/// A file of which the headers were read and checked.
+pub(super) type Chunks = ::exr::block::reader::Reader<BufReader<File>>;
 
 /// Opens a file and reads its headers. Its pixels are read later.
-fn chunks(path: &Path) -> Result<Chunks, Error> {
+pub(super) fn chunks(path: &Path) -> Result<Chunks, Error> {
     let (mut file, length) = open(path)?;
     let refused = |e: &dyn std::fmt::Display| Error::input(path, e.to_string());
     headers(path, &mut file, length)?;

@@ -12,6 +12,8 @@ pub mod exr;
 #[cfg(feature = "render")]
 mod file;
 #[cfg(feature = "render")]
+mod layers;
+#[cfg(feature = "render")]
 mod output;
 #[cfg(feature = "render")]
 pub mod png;
@@ -20,6 +22,8 @@ pub mod png;
 pub use channels::{Channel, Channels, Samples};
 #[cfg(feature = "render")]
 pub use file::{Component, Texel, metadata};
+#[cfg(feature = "render")]
+pub use layers::Layers;
 #[cfg(feature = "render")]
 pub use output::Outputs;
 

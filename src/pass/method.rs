@@ -252,12 +252,6 @@ fn spaced(power: f64) -> Option<String> {
     }
 }
 
-/// Returns whether the method reads normals.
-pub(crate) fn reads_normals(settings: &Settings) -> bool {
-    !settings.method.facts().shader.is_empty()
-        && (!settings.method.reads("ssao-normals") || settings.ssao_normals == Toggle::On)
-}
-
 /// Returns whether the method's samples read the half-size depth image instead of the depth image itself.
 pub(crate) fn reads_half_depth(settings: &Settings) -> bool {
     settings.method.reads("ssao-depth") && settings.ssao_depth == SsaoDepth::Half

@@ -100,6 +100,20 @@ impl ProjectionMatrix {
             depth: if perspective { [z[2] * forward / k, z[3] / k] } else { [z[3] / k, z[2] / k] },
         })
     }
+
+    /// Returns the distance in front of the eye of a point with the depth `ndc` = z/w in clip space, from 0 or from -1
+    /// to 1. It is infinite at an infinitely far plane. `hand` is the hand of the matrix's eye space; it is read
+    /// only if the matrix does not tell it.
+    #[must_use]
+    pub fn z(&self, ndc: f64, hand: Hand) -> f64 {
+        let [a, b] = self.depth;
+        if self.projection.is_perspective() {
+            let z = b / (ndc - a);
+            return if z.is_infinite() { f64::INFINITY } else { z };
+        }
+        let z = (ndc - a) / b;
+        if hand == Hand::Left { z } else { -z }
+    }
 }
 
 #[cfg(test)]
@@ -146,17 +160,6 @@ mod tests {
         m.map(|entry| entry as f32)
     }
 
-    /// Returns the distance in front of the eye of a point with the depth `ndc` = z/w in clip space.
-    fn z(read: &ProjectionMatrix, ndc: f64, hand: Hand) -> f64 {
-        let [a, b] = read.depth;
-        if read.projection.is_perspective() {
-            let z = b / (ndc - a);
-            return if z.is_infinite() { f64::INFINITY } else { z };
-        }
-        let z = (ndc - a) / b;
-        if hand == Left { z } else { -z }
-    }
-
     #[test]
     fn matrices_of_both_hands_and_of_every_convention_of_depth_give_the_same_projection() {
         for edges in [[-0.8, 0.8, -0.5, 0.5], [-0.2, 1.1, 0.1, 0.9], [3.0, 4.0, -7.0, -6.5]] {
@@ -174,8 +177,8 @@ mod tests {
                         assert!(found.iter().zip(edges).all(|(a, b)| (a - b).abs() < 2e-6), "{text}");
                         // The depths at the planes lead back to the planes.
                         let ([at_near, at_far], far) = depths;
-                        assert!((z(&read, at_near, hand) / NEAR - 1.0).abs() < 1e-3, "{text}");
-                        let behind = z(&read, at_far, hand);
+                        assert!((read.z(at_near, hand) / NEAR - 1.0).abs() < 1e-3, "{text}");
+                        let behind = read.z(at_far, hand);
                         assert!(behind == far || (behind / far - 1.0).abs() < 1e-3, "{text}: {behind}");
                         // A factor of the whole matrix changes nothing.
                         let scaled = ProjectionMatrix::read(&columns.map(|entry| 3.0 * entry)).unwrap();

@@ -85,6 +85,16 @@ impl Projection {
         Projection::Orthographic(Extents::centred(height / 2.0 * aspect, height / 2.0))
     }
 
+    /// The perspective of a camera with these intrinsics, for a picture of `size` (width, height) pixels. `focal` is
+    /// the focal length in pixels in x and in y. `principal` is the point of the picture that the view's axis goes
+    /// through, in pixels from the upper left corner of the picture, y down. The centre of the first pixel is (0.5,
+    /// 0.5).
+    #[must_use]
+    pub fn from_intrinsics(focal: [f64; 2], principal: [f64; 2], size: (u32, u32)) -> Projection {
+        let [[fx, fy], [cx, cy], [width, height]] = [focal, principal, [size.0.into(), size.1.into()]];
+        Projection::Perspective(Extents::new(-cx / fx, (width - cx) / fx, (cy - height) / fy, cy / fy))
+    }
+
     /// Returns the rectangle that the picture shows: in perspective at z = 1, otherwise in scene units.
     #[must_use]
     pub fn extents(&self) -> Extents {
@@ -201,6 +211,16 @@ mod tests {
             let [x, y] = symmetric.half_extents();
             assert_eq!(Projection::Orthographic(Extents::new(-x, x, -y, y)), symmetric);
         }
+    }
+
+    #[test]
+    fn intrinsics_are_in_pixels_from_the_upper_left_corner() {
+        let centred = Projection::perspective(1.0, 1.5);
+        let focal = 200.0 / 0.5_f64.tan();
+        assert_eq!(Projection::from_intrinsics([focal; 2], [300.0, 200.0], (600, 400)), centred);
+        // The axis goes through a point right of the middle and above it.
+        let aside = Projection::from_intrinsics([100.0, 50.0], [400.0, 150.0], (600, 400));
+        assert_eq!(aside, Projection::Perspective(Extents::new(-4.0, 2.0, -5.0, 3.0)));
     }
 
     #[test]

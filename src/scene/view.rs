@@ -220,7 +220,10 @@ impl View {
 }
 
 impl Lens {
-    fn projection(self, aspect: f64) -> Projection {
+    /// Returns the projection of a picture whose width is `aspect` times its height. [`View::check`] refuses numbers
+    /// out of range.
+    #[must_use]
+    pub fn projection(self, aspect: f64) -> Projection {
         match self {
             Lens::FovY(fov) => Projection::perspective(fov, aspect),
             Lens::Height(height) => Projection::orthographic(height, aspect),

@@ -218,6 +218,12 @@ impl Settings {
         if self.half_res && self.method.reads("half-res") { 2 } else { 1 }
     }
 
+    /// Returns whether the method reads normals, so that they are rebuilt from depth where there are none.
+    #[must_use]
+    pub fn reads_normals(&self) -> bool {
+        self.method.computes() && (!self.method.reads("ssao-normals") || self.ssao_normals == Toggle::On)
+    }
+
     /// Returns the depth sigma s_z of the blur. It is [`Settings::blur_depth_sigma`] if that is set. Otherwise it is
     /// the method's share ([`MethodFacts::depth_sigma`]) of the distance within which the method looks for occluders:
     /// of R, or for `ssao` of 2 P.z l_n, the offset in depth of its farthest sample.

@@ -264,7 +264,7 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
     );
     let before = names(folder.path());
     for (code, arguments, part) in [
-        (1, "huge.png huge.png", "huge.png: it has 65536x1024 pixels, and at most 33554432 are compared"),
+        (1, "huge.png huge.png", "huge.png: it has 65536x1024 pixels, and at most 33554432 are read"),
         (
             1,
             "a.png wide.png",

@@ -8,6 +8,7 @@ mod cli;
 mod command_line;
 mod compare;
 mod hostile_commands;
+mod image;
 mod page;
 mod paper;
 mod refusals;

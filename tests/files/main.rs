@@ -2,5 +2,6 @@
 
 mod camera;
 mod image_files;
+mod layers;
 mod scene;
 mod settings;

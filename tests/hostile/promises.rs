@@ -1,7 +1,8 @@
 //! The promises that hold for any content of a file. The tests check them on the corpus and its mutations, and so does
 //! the fuzzer.
 
-use hbao::image::{exr, png, read_channels};
+use hbao::Error;
+use hbao::image::{Layers, exr, png, read_channels};
 use hbao::scene::Mesh;
 use hbao::settings::{KNOBS, Settings};
 use std::io::BufReader;
@@ -104,10 +105,19 @@ pub(crate) fn picture(path: &Path) -> bool {
         exr::read::<f32>(path).err(),
         exr::read::<[f32; 3]>(path).err(),
         read_channels(path).err(),
+        Layers::open(path).and_then(read_layers).err(),
     ];
     for error in texts.into_iter().map(Result::err).chain(pixels).flatten() {
         assert!(!error.is_usage());
         one_line(&error.to_string());
     }
     read
+}
+
+/// Reads three channels of a picture, as the command does. They are then as large as the picture.
+fn read_layers(picture: Layers) -> Result<(), Error> {
+    let (first, size): (Vec<usize>, _) = ((0..picture.names().count().min(3)).collect(), picture.size());
+    let images = picture.read(&first, 0.0)?;
+    assert!(images.iter().all(|image| (image.width, image.height) == size && image.texels.len() == size.0 * size.1));
+    Ok(())
 }

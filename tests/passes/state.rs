@@ -13,8 +13,9 @@ use hbao::image::Image;
 use hbao::scene::{Extents, Projection};
 use hbao::settings::{AoFormat, Jitter, Method, Radius, SsaoDepth};
 use hbao::{
-    AmbientOcclusion, DepthEncoding, Destination, Error, Format, Inputs, NormalEncoding, Output, Pipeline, Request,
-    Settings, TextureRef, TextureTarget, Write, check_size, format_renders, size_limit,
+    AmbientOcclusion, BACKGROUND_R32F, DepthEncoding, Destination, Error, Format, InputTextures, Inputs,
+    NormalEncoding, Output, Pipeline, Request, Settings, TextureRef, TextureTarget, Write, check_size, format_renders,
+    size_limit,
 };
 use report::{Reporter, State};
 use std::collections::BTreeSet;
@@ -221,6 +222,36 @@ fn all_state_is_put_back_with_depth_samples_too() {
         assert_same(&before, &reporter.state(), "a run with samples");
         let got = read_red_undisturbed(gl, visibility, expected.texels.len());
         assert_eq!(got, expected.texels, "{}", backend.name());
+    }
+}
+
+#[test]
+fn all_state_is_put_back_with_images_in_memory_too() {
+    for backend in rig::BOTH {
+        let context = Context::open(backend).unwrap();
+        let gl = context.gl();
+        let view = view();
+        let expected = view.by_shader(gl, &settings());
+        let linear = view.depth.map(|z| z.min(BACKGROUND_R32F));
+        let depth_encoding = DepthEncoding::reversed(0.1, f64::INFINITY);
+        let stored = view.depth.map(|z| 0.1 / z);
+        let (reporter, before) = unusual_state(&context);
+        let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), &settings()).unwrap();
+        let textures = [&linear, &stored].map(|depth| InputTextures::new(gl, depth, Some(&view.normals)).unwrap());
+        assert_same(&before, &reporter.state(), "new");
+        ao.render(&textures[0].inputs(view.projection)).unwrap();
+        assert_eq!(ao.image().unwrap(), expected, "{}", backend.name());
+        assert!(ao.linear_depth_image().unwrap().is_none());
+        ao.render(&Inputs { depth_encoding, ..textures[1].inputs(view.projection) }).unwrap();
+        let made = ao.linear_depth_image().unwrap().unwrap();
+        let off = made.texels.iter().zip(&linear.texels).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-6, "{off}");
+        assert_same(&before, &reporter.state(), "images read back");
+        let other = view.normals.part((0, 0), (3, 4));
+        let refused = InputTextures::new(gl, &linear, Some(&other)).err().unwrap().to_string();
+        assert!(refused.contains("normals of 3x4 pixels do not fit depth of 37x23"), "{refused}");
+        drop(textures);
+        assert_same(&before, &reporter.state(), "drop");
     }
 }
 

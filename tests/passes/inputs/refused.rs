@@ -45,10 +45,7 @@ fn what_cannot_be_right_is_refused_in_one_line() {
             Inputs { depth: texture((glow::R32UI, glow::RED_INTEGER, glow::UNSIGNED_INT), 4), ..encoded },
             "depth texture has a format that holds no depth",
         ),
-        (
-            Inputs { depth: TextureRef { texture: renderbuffer, target: flat }, ..right },
-            "a renderbuffer is none",
-        ),
+        (Inputs { depth: TextureRef { texture: renderbuffer, target: flat }, ..right }, "a renderbuffer is none"),
         (with(DepthEncoding::standard(100.0, 1.0)), "near 100 must be below far 1: they may be swapped"),
         (with(DepthEncoding::reversed(1.0, 1.0)), "near 1 must be below far 1"),
         (with(DepthEncoding::standard(0.0, 1.0)), "near must be above 0, not 0"),
