@@ -9,7 +9,9 @@ use crate::report::tables::cells::{number, optional, size_of};
 use crate::terminal::{bar, print, say};
 use clap::{ArgMatches, Command};
 use hbao::image::Outputs;
-use hbao::measure::bench::{Case, FIXED, Measurement, crysis, figure1, measure, scaling, table};
+use hbao::measure::bench::{
+    Case, FIXED, Measurement, SMALL, changes, crysis, figure1, input_costs, measure, scaling, table,
+};
 use hbao::measure::published::{CRYSIS_MS, TABLE_SIZE};
 use hbao::measure::ratios::ratios;
 use hbao::scene::{CORNELL_BOX, NAVE};
@@ -24,6 +26,8 @@ The parts of --only:
   figure1  Figure 1 of the talk: the pass of each method alone, beside its floor (see below)
   crysis   ssao with 16 samples and its blur at 1280x720: with depth at full size; with depth at half size, including
            the time of making it; and with --ssao-rotation mirror
+  embedding  what an application pays: for changing a setting from one frame of 16x16 pixels to the next, and for depth
+           and normals in other forms than the passes read
   scaling  hbao with increasing numbers of pixels, samples and triangles, and the power of each number with which the
            time grows; to get more triangles, every triangle is cut into 4, repeatedly
 
@@ -50,16 +54,28 @@ enum Group {
     Scaling,
 }
 
-/// The groups, with their names for `--only`.
-const GROUPS: [(&str, Group); 4] =
-    [("table", Group::Table), ("figure1", Group::Figure1), ("crysis", Group::Crysis), ("scaling", Group::Scaling)];
+/// What is measured together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Cases(Group),
+    Embedding,
+}
+
+/// The parts, with their names for `--only`.
+const PARTS: [(&str, Part); 5] = [
+    ("table", Part::Cases(Group::Table)),
+    ("figure1", Part::Cases(Group::Figure1)),
+    ("crysis", Part::Cases(Group::Crysis)),
+    ("scaling", Part::Cases(Group::Scaling)),
+    ("embedding", Part::Embedding),
+];
 
 /// Makes the verb's flags.
 pub(crate) fn command() -> Command {
-    let groups = GROUPS.map(|(name, _)| name).join(",");
+    let parts = PARTS.map(|(name, _)| name).join(",");
     let own = [
         flags::path("json", "FILE.json", "Write the measured figures"),
-        flags::valued("only", "PARTS", format!("The parts to measure, separated by commas [{groups}; default: all]")),
+        flags::valued("only", "PARTS", format!("The parts to measure, separated by commas [{parts}; default: all]")),
         flags::valued("runs", "N", "Number of timed runs of each case [1 to 1000; default: 5]"),
     ];
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {NAVE}]");
@@ -78,7 +94,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         flags.scene = NAVE.into();
     }
     let runs = flags::read_runs(matches, 5)?;
-    let groups = read_groups(flags::text(matches, "only"))?;
+    let parts = read_parts(flags::text(matches, "only"))?;
     let json = flags::path_of(matches, "json", "json")?;
     Outputs::check(&json)?;
     let Opened { scene, settings, camera, notices, empty } = flags.open()?;
@@ -90,7 +106,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let gl = context.gl();
     let limit = size_limit(gl);
     let mut cases: Vec<(Group, Vec<Case>)> = Vec::new();
-    for group in groups {
+    for part in &parts {
+        let Part::Cases(group) = *part else { continue };
         let mut all = match group {
             Group::Table => table(&base, flags.size),
             Group::Figure1 => figure1(&base, flags.size),
@@ -135,6 +152,21 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         rows.extend(measured);
     }
     progress.finish_and_clear();
+    let (mut changed, mut costs) = (Vec::new(), Vec::new());
+    if parts.contains(&Part::Embedding) {
+        let progress = bar((11 * runs) as u64, "frames");
+        changed = changes(gl, &scene.mesh, &view, &base, runs, || progress.inc(1))?;
+        costs = input_costs(gl, (&scene.mesh, &view, flags.size), &base, runs, || progress.inc(1))?;
+        progress.finish_and_clear();
+        let (small, (width, height)) = (format!("{}x{}", SMALL.0, SMALL.1), flags.size);
+        print(&format!(
+            "What changing a setting adds to a frame of {small}, the median of {runs} and the farthest from it\n{}\n\
+             What inputs cost: {}, {width}x{height}, the median of {runs} and the farthest from it\n{}\n",
+            bench::changes(&changed).text(),
+            scene.name,
+            bench::input_costs(&costs).text()
+        ))?;
+    }
 
     if let Some(path) = json {
         let report = json!({
@@ -143,6 +175,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
             "runs": runs,
             "rows": rows.iter().map(json::measurement).collect::<Vec<_>>(),
             "ratios": ratios(&rows).iter().map(json::ratio).collect::<Vec<_>>(),
+            "changes": changed.iter().map(json::change).collect::<Vec<_>>(),
+            "inputs": costs.iter().map(json::input_cost).collect::<Vec<_>>(),
             "exponents": growths(&rows).iter().map(json::growth).collect::<Vec<_>>(),
         });
         let mut outputs = Outputs::new();
@@ -152,15 +186,15 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the groups that `--only` names, in the order of [`GROUPS`].
-fn read_groups(only: Option<&str>) -> Result<Vec<Group>, Error> {
+/// Returns the parts that `--only` names, in the order of [`PARTS`].
+fn read_parts(only: Option<&str>) -> Result<Vec<Part>, Error> {
     let wanted = match only {
-        None => GROUPS.map(|(_, group)| group).into(),
+        None => PARTS.map(|(_, part)| part).into(),
         Some(text) => {
-            text.split(',').map(|name| flags::word("only", name.trim(), &GROUPS)).collect::<Result<Vec<_>, Error>>()?
+            text.split(',').map(|name| flags::word("only", name.trim(), &PARTS)).collect::<Result<Vec<_>, Error>>()?
         }
     };
-    Ok(GROUPS.into_iter().map(|(_, group)| group).filter(|group| wanted.contains(group)).collect())
+    Ok(PARTS.into_iter().map(|(_, part)| part).filter(|part| wanted.contains(part)).collect())
 }
 
 /// Returns a line for each thing that the driver could not do as asked.

@@ -3,11 +3,26 @@
 use super::tables::bench::{Growth, Times};
 use super::tables::cells::spread;
 use hbao::Settings;
-use hbao::measure::bench::Measurement;
+use hbao::measure::bench::{Change, InputCost, Measurement};
 use hbao::measure::decomposition::{Decomposition, ErrorPart};
 use hbao::measure::median;
 use hbao::measure::ratios::Ratio;
 use serde_json::{Map, Value, json};
+
+/// Converts what changing a setting adds to JSON.
+pub(crate) fn change(one: &Change) -> Value {
+    json!({ "setting": one.setting, "added_ms": median(&one.added_ms), "runs": one.added_ms })
+}
+
+/// Converts the cost of a form of inputs to JSON.
+pub(crate) fn input_cost(one: &InputCost) -> Value {
+    json!({
+        "inputs": one.inputs,
+        "linear_depth_ms": median(&one.linear_depth_ms),
+        "rebuilt_normals_ms": median(&one.rebuilt_normals_ms),
+        "ao_ms": median(&one.ao_ms),
+    })
+}
 
 /// Converts one case of the bench to JSON.
 pub(crate) fn measurement(one: &Measurement) -> Value {

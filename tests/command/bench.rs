@@ -159,7 +159,7 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
     for (arguments, part) in [
         ("--runs 0", "--runs: '0' is not a whole number from 1 to 1000"),
         ("--runs many", "--runs: 'many'"),
-        ("--only tables", "--only: 'tables' is not one of table, figure1, crysis, scaling"),
+        ("--only tables", "--only: 'tables' is not one of table, figure1, crysis, scaling, embedding"),
         ("--only table,", "--only: '' is not one of"),
         ("--json b.txt", "must end in .json"),
         ("--json none/b.json", "the folder none does not exist"),
@@ -175,4 +175,32 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
         assert!(lines.len() == 1 && lines[0].contains(part), "{arguments}: {stderr}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
+}
+
+#[test]
+fn it_measures_what_changes_and_inputs_of_an_application_cost() {
+    let (text, _, report) = measured("--size 64x48 --runs 2 --only embedding");
+    assert_eq!(report["rows"], serde_json::json!([]));
+    let names = |list: &str, name: &str| {
+        let all = report[list].as_array().unwrap().iter();
+        all.map(|one| one[name].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    let settings = names("changes", "setting");
+    for name in ["radius", "strength", "bias", "blur-depth-sigma"] {
+        assert!(settings.contains(&name.to_string()) && text.contains(name), "{settings:?}");
+    }
+    for change in report["changes"].as_array().unwrap() {
+        assert_eq!(change["runs"].as_array().unwrap().len(), 2);
+        assert!(change["added_ms"].is_f64());
+    }
+    // Linear depth with normals needs no pass; each other form needs the one that it is there for.
+    for (i, cost) in report["inputs"].as_array().unwrap().iter().enumerate() {
+        let [linear, rebuilt] = ["linear_depth_ms", "rebuilt_normals_ms"].map(|name| number(cost, name) > 0.0);
+        assert_eq!([linear, rebuilt], [i >= 2, i == 1], "{cost}");
+        assert!(number(cost, "ao_ms") > 0.0);
+    }
+    assert_eq!(names("inputs", "inputs").len(), 5);
+    // In an orthographic view, linear depth is left.
+    let (_, _, report) = measured("--size 32x24 --runs 1 --only embedding --ortho 10");
+    assert_eq!(report["inputs"].as_array().unwrap().len(), 2);
 }

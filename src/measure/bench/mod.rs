@@ -3,11 +3,13 @@
 #![doc = include_str!("../tables_of_2008.md")]
 
 mod cases;
+mod embedding;
 mod measurement;
 mod power_law;
 mod rounds;
 
 pub use cases::{Case, FIXED, crysis, figure1, scaling, table};
+pub use embedding::{Change, InputCost, SMALL, changes, input_costs};
 pub use measurement::Measurement;
 pub use power_law::exponent;
 pub use rounds::measure;

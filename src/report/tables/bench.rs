@@ -1,7 +1,7 @@
 //! The tables of `hbao bench`: the papers' tables measured again, and the growth of costs.
 
-use super::cells::{number, samples_of, size_of, with_spread};
-use hbao::measure::bench::{Measurement, exponent};
+use super::cells::{number, percent, samples_of, size_of, spread, with_spread};
+use hbao::measure::bench::{Change, InputCost, Measurement, exponent};
 use hbao::measure::median;
 use hbao::measure::published::{COLUMNS, EIGHT, FIGURE_1, TABLE_6_2_1, ULTRA, figure_1, table_mpixels_per_s};
 use hbao::measure::ratios::Ratio;
@@ -174,6 +174,37 @@ pub(crate) fn series(measured: &[Measurement], series: &str) -> Table {
             number(one.ns_per_sample(&one.ao_ms), 3),
             with_spread(&one.gbuffer_ms),
             with_spread(&one.frame_ms),
+        ]
+    }))
+}
+
+/// Makes the table of what changing settings adds to a frame.
+pub(crate) fn changes(all: &[Change]) -> Table {
+    let columns =
+        [Column::left("changes in each frame", 24), Column::right("added, ms", 12), Column::right("farthest, ms", 14)];
+    Table::new(columns).filled(all.iter().map(|one| {
+        let (low, high) = spread(&one.added_ms);
+        let middle = median(&one.added_ms);
+        vec![one.setting.into(), number(middle, 4), number((high - middle).max(middle - low), 4)]
+    }))
+}
+
+/// Makes the table of what the forms of inputs cost.
+pub(crate) fn input_costs(all: &[InputCost]) -> Table {
+    let columns = [
+        Column::left("inputs", 28),
+        Column::right("linear_depth, ms", 18),
+        Column::right("rebuilt_normals, ms", 21),
+        Column::right("AO, ms", 16),
+        Column::right("share of AO", 13),
+    ];
+    Table::new(columns).filled(all.iter().map(|one| {
+        vec![
+            one.inputs.into(),
+            with_spread(&one.linear_depth_ms),
+            with_spread(&one.rebuilt_normals_ms),
+            with_spread(&one.ao_ms),
+            percent(one.share()),
         ]
     }))
 }
