@@ -69,10 +69,10 @@ fn out_of_memory(size: usize) -> ! {
     static REPORTED: AtomicBool = AtomicBool::new(false);
     if !REPORTED.swap(true, Ordering::Relaxed) {
         // Nothing in this branch allocates.
-        let what = format_args!(
-            "hbao: out of memory: {size} bytes more were not to be had; choose a smaller --size or model\n"
+        let _ = writeln!(
+            std::io::stderr(),
+            "hbao: out of memory: {size} bytes more were not to be had; choose a smaller --size or model"
         );
-        let _ = std::io::stderr().write_fmt(what);
         std::process::exit(1);
     }
     // Another thread has printed the line and is ending the program; this thread waits.
