@@ -17,11 +17,6 @@ uniform sampler2DRect ao_image;
 uniform vec2 extent; // size of the full image in pixels
 #ifdef GAUSSIAN
 uniform float inverse_sigma; // 1 / (sqrt(2) s_z), where s_z is the depth sigma in scene units, or at the depth 1
-#ifdef SIGMA_OF_DEPTH
-#define INVERSE_SIGMA(z) (inverse_sigma / (z))
-#else
-#define INVERSE_SIGMA(z) inverse_sigma
-#endif
 const float spatial[GAUSSIAN] = float[GAUSSIAN](SPATIAL);
 #else
 uniform vec2 depth_sigma; // depth sigma: x in scene units, y as a share of the depth; one of the two is 0
@@ -95,7 +90,12 @@ void main()
         for (int s = 0; s < SAMPLES; ++s) {
             float dz = tap_z - z[s];
 #ifdef GAUSSIAN
-            float t = dz * INVERSE_SIGMA(z[s]);
+#ifdef SIGMA_OF_DEPTH
+            // Divided first, so that a tiny sigma does not become 0 times infinity.
+            float t = dz / z[s] * inverse_sigma;
+#else
+            float t = dz * inverse_sigma;
+#endif
             float of_depth = weight * exp(-t * t);
 #else
             float of_depth = abs(dz) <= depth_sigma.x + depth_sigma.y * z[s] ? weight : 0.0;

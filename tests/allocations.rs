@@ -6,7 +6,8 @@ mod rig;
 use hbao::context::{Backend, Context};
 use hbao::settings::{Method, SsaoDepth};
 use hbao::{
-    AmbientOcclusion, DepthEncoding, Hand, Inputs, NormalEncoding, NormalSpace, Output, Settings, TextureTarget,
+    AmbientOcclusion, DepthEncoding, Destination, Hand, Inputs, NormalEncoding, NormalSpace, Output, Settings,
+    TextureTarget, Write,
 };
 use rig::by_hand::{Textures, perspective, rubble};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -89,10 +90,14 @@ fn a_frame_that_is_written_to_an_image_allocates_nothing() {
     let size = (16, 16);
     let view = rubble(size, perspective(60.0, size), 5, 1.0..2.0);
     let textures = Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed);
-    let image = hbao::Destination::Texture(textures.inputs.normals.unwrap());
+    let [other, shares] =
+        [(); 2].map(|()| Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed));
+    let [to, shares] = [&other, &shares].map(|textures| textures.inputs.normals.unwrap());
     let mut ao = AmbientOcclusion::new(context.gl().clone(), size, &rig::raw(Method::Hbao, 1.0)).unwrap();
-    let output = Output { to: image, corner: (0, 0), write: hbao::Write::Multiplied(1.0) };
-    let mut frame = || ao.render_into(&textures.inputs, &output).unwrap();
-    (0..2).for_each(|_| frame());
-    assert_eq!(allocations(frame), 0);
+    for write in [Write::Visibility, Write::Multiplied(1.0), Write::MultipliedByShare(shares)] {
+        let output = Output::new(Destination::Texture(to), write);
+        let mut frame = || ao.render_into(&textures.inputs, &output).unwrap();
+        (0..2).for_each(|_| frame());
+        assert_eq!(allocations(frame), 0, "{write:?}");
+    }
 }

@@ -96,8 +96,7 @@ fn embedded(gl: &Arc<glow::Context>, (whole, textures): (&glow::Context, &Textur
     let image = ao.render(&textures.inputs)?;
     texels.push(("ao", read_red(whole, image, (SIZE.0 * SIZE.1) as usize)));
     let to = texture(whole);
-    let write = Write::Multiplied(0.5);
-    ao.render_into(&textures.inputs, &Output { to: Destination::Texture(to), corner: (0, 0), write })?;
+    ao.render_into(&textures.inputs, &Output::new(Destination::Texture(to), Write::Multiplied(0.5)))?;
     texels.push(("multiplied", read_red(whole, to, (SIZE.0 * SIZE.1) as usize)));
     Ok(Images { texels, notices: Vec::new(), samples: 1 })
 }
@@ -441,9 +440,24 @@ const PLACES: [(&str, &[&str], &[&str]); 9] = [
             "blur_edges",
             PUT_BACK,
             "composite",
+            SAVING,
+            PUT_BACK,
             "resolve",
         ],
-        &["probe", SAVING, PUT_BACK, "gbuffer", SAVING, "background", "half_depth", "ao", "blur_full", PUT_BACK],
+        &[
+            "probe",
+            SAVING,
+            PUT_BACK,
+            "gbuffer",
+            SAVING,
+            "background",
+            "half_depth",
+            "ao",
+            "blur_full",
+            PUT_BACK,
+            SAVING,
+            PUT_BACK,
+        ],
     ),
     (
         "glTexImage2D",

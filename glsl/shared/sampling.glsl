@@ -21,6 +21,10 @@ struct Steps {
     bool exits;  // whether the method exits early: A = 1, and no samples are taken
 };
 
+// A step counts as a texel if it is shorter by less than a millionth. Where R covers a whole number of texels in all of
+// the picture, the method would otherwise exit, or not, by the rounding of float32.
+const float TEXEL = 1.0 - 1e-6;
+
 Steps steps_at(Surface s)
 {
     vec2 radius_px = radius_in_texels(s);
@@ -28,11 +32,11 @@ Steps steps_at(Surface s)
     // So many steps that none is shorter than a texel on either axis.
     float least = min(radius_px.x, radius_px.y);
     float count = clamp(floor(least) - 1.0, 1.0, float(N_S));
-    return Steps(radius_px / (count + 1.0), count, least < 2.0);
+    return Steps(radius_px / (count + 1.0), count, least < 2.0 * TEXEL);
 #else
     // The chapter's early exit: the step is shorter than a texel on either axis.
     vec2 px = radius_px / float(N_S + 1);
-    return Steps(px, float(N_S), min(px.x, px.y) < 1.0);
+    return Steps(px, float(N_S), min(px.x, px.y) < TEXEL);
 #endif
 }
 
@@ -105,6 +109,6 @@ Sample sample_at(Surface s, Direction d, int i)
     return result;
 }
 
-// Returns whether a sample counts: it lies within R of P, on a surface, and not on P's own texel. Background must be tested
-// for, because an R larger than all depths would include it.
+// Returns whether a sample counts: it lies within R of P, on a surface, and not on P's own texel. Background must be
+// tested for, because an R larger than all depths would include it.
 bool within(Sample S, Surface s) { return S.squared <= s.R * s.R && S.z < background && S.taken != vec2(0.0); }

@@ -1,11 +1,11 @@
 // The surface point P of the pixel that is being shaded, its normal and its jitter.
 //
-// Compiled in, each if it applies: ORTHOGRAPHIC for an orthographic projection; JITTER_TILE if jitter is on; of
-// RADIUS_OF_DEPTH if R is in proportion to the depth of P; of
-// normals, NORMALS_RECTANGLE, NORMALS_LAYER or NORMALS_MULTISAMPLE, as DEPTH_* in fetch.glsl; NORMALS_VIEWPORT if they
-// are a part of a larger texture; NORMALS_REBUILT if the image has a texel for each texel of the target, and not for
-// each pixel; NORMALS_BIASED if components are stored as c/2 + 1/2; NORMALS_OCTAHEDRAL if two channels hold them; and
-// NORMALS_MATRIX if they must be turned to left-handed eye space.
+// Compiled in, each if it applies: ORTHOGRAPHIC for an orthographic projection; JITTER_TILE if jitter is on;
+// RADIUS_OF_DEPTH if R is in proportion to the depth of P; of normals, NORMALS_RECTANGLE, NORMALS_LAYER or
+// NORMALS_MULTISAMPLE, as DEPTH_* in fetch.glsl; NORMALS_VIEWPORT if they are a part of a larger texture;
+// NORMALS_REBUILT if the image has a texel for each texel of the target, and not for each pixel; NORMALS_BIASED if
+// components are stored as c/2 + 1/2; NORMALS_OCTAHEDRAL if two channels hold them; and NORMALS_MATRIX if they must be
+// turned to left-handed eye space.
 #if defined(NORMALS_REBUILT)
 vec2 normal_place(vec2 p) { return p; }
 #elif defined(NORMALS_VIEWPORT)

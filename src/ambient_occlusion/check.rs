@@ -64,6 +64,9 @@ pub(super) struct Precision {
     pub(super) bits: i32,
 }
 
+/// The types of channels whose numbers need not be whole.
+const FRACTIONS: [u32; 3] = [glow::FLOAT, glow::UNSIGNED_NORMALIZED, glow::SIGNED_NORMALIZED];
+
 /// What OpenGL tells of a texture.
 pub(super) struct Found {
     size: (u32, u32),
@@ -74,6 +77,8 @@ pub(super) struct Found {
     red_bits: i32,
     red_type: u32,
     blue_bits: i32,
+    alpha_bits: i32,
+    alpha_type: u32,
 }
 
 impl Found {
@@ -110,6 +115,8 @@ impl Found {
                 red_bits: parameter(glow::TEXTURE_RED_SIZE),
                 red_type: count(parameter(glow::TEXTURE_RED_TYPE)),
                 blue_bits: parameter(glow::TEXTURE_BLUE_SIZE),
+                alpha_bits: parameter(glow::TEXTURE_ALPHA_SIZE),
+                alpha_type: count(parameter(glow::TEXTURE_ALPHA_TYPE)),
             }
         };
         check(gl, name, "'s size")?;
@@ -127,6 +134,16 @@ impl Found {
             _ => {}
         }
         Ok(found)
+    }
+
+    /// Returns whether the red channel holds numbers that need not be whole.
+    pub(super) fn holds_fractions(&self) -> bool {
+        self.red_bits > 0 && FRACTIONS.contains(&self.red_type)
+    }
+
+    /// Returns whether there is an alpha channel with such numbers.
+    pub(super) fn has_alpha(&self) -> bool {
+        self.alpha_bits > 0 && FRACTIONS.contains(&self.alpha_type)
     }
 
     /// Returns which part of the texture the view is, or an error if it does not fit. `size` is the size of the view.

@@ -2,7 +2,7 @@
 
 use super::AmbientOcclusion;
 use super::check::{Checked, Precision};
-use super::evidence::{Evidence, score};
+use super::evidence::{Evidence, Misfit, turned};
 use super::inputs::Inputs;
 use crate::Error;
 use crate::encoding::Curve;
@@ -45,8 +45,11 @@ pub enum Finding {
     /// Normals agree with the surfaces if the view matrix is transposed: it leads from eye space to world space, or its
     /// numbers are in another order.
     ViewMatrixTransposed,
+    /// Normals agree with the surfaces if they are turned by this angle in radians: they are in world space or in that
+    /// of another camera.
+    NormalsTurned(f64),
     /// Normals do not agree with the surfaces that depth shows, and no single change makes them do so. The number is
-    /// the mean cosine of the angle between them.
+    /// the share of the pixels at which they are 26 degrees apart or more.
     NormalsDisagree(f64),
     /// R is so short in the picture that visibility is 1 at this share of the pixels.
     RadiusBelowTexels(f64),
@@ -59,7 +62,8 @@ impl fmt::Display for Finding {
         let pixels = |count: &usize| if *count == 1 { "1 pixel".into() } else { format!("{count} pixels") };
         match self {
             Finding::OnlyBackground => f.write_str(
-                "no pixel holds a surface: check that depth is drawn before this call, and its encoding and background",
+                "no pixel holds a surface: check that depth is drawn before this call, and depth_encoding and background; \
+                 after glClipControl the range of DepthEncoding::Matrix is ZeroToOne",
             ),
             Finding::DepthNotFinite(count) => write!(
                 f,
@@ -74,7 +78,10 @@ impl fmt::Display for Finding {
                  depth_encoding",
             ),
             Finding::DepthLooksReversed => {
-                f.write_str("depth fits the opposite of what is said of it better: reversed or not reversed")
+                f.write_str(
+                    "hardware depth runs the other way than depth_encoding says: if that is standard, depth looks reversed, \
+                     and if it is reversed, depth looks standard",
+                )
             }
             Finding::NormalsNotFinite(count) => write!(f, "normals are NaN or infinite at {}", pixels(count)),
             Finding::NormalsZero(count) => write!(f, "normals are zero at {} that hold a surface", pixels(count)),
@@ -92,10 +99,17 @@ impl fmt::Display for Finding {
             Finding::ViewMatrixTransposed => f.write_str(
                 "normals fit the transposed view matrix: give the matrix from world to eye space, column by column",
             ),
-            Finding::NormalsDisagree(cosine) => write!(
+            Finding::NormalsTurned(angle) => write!(
                 f,
-                "normals do not fit the surfaces that depth shows, the mean cosine between them is {cosine:.2}: check \
-                 their space, and the projection"
+                "normals fit the surfaces if they are turned by {angle:.2} radians ({:.0} degrees): they look like those of \
+                 world space, or of another camera; set normal_space",
+                angle.to_degrees()
+            ),
+            Finding::NormalsDisagree(share) => write!(
+                f,
+                "normals do not fit the surfaces that depth shows, at {:.0} % of the pixels they are far apart: check their \
+                 space, and the projection",
+                share * 100.0
             ),
             Finding::RadiusBelowTexels(share) => write!(
                 f,
@@ -122,7 +136,8 @@ impl AmbientOcclusion {
     ///
     /// It compares the normals with those that it rebuilds from depth, the stored depths with both ends of their range,
     /// and R with the texels of the picture. What a picture does not show, it cannot find: with a single wall in front
-    /// of the camera, many mistakes make no difference.
+    /// of the camera, many mistakes make no difference. A near plane or a clip range that is not that of the depth
+    /// buffer makes all of a scene larger or smaller, and its normals stay the same.
     ///
     /// # Errors
     /// The same as for [`AmbientOcclusion::render`].
@@ -138,7 +153,10 @@ impl AmbientOcclusion {
             if let (Some(_), true) = (inputs.normals, findings.is_empty()) {
                 of_normals(&seen, &mut findings);
             }
-            self.of_radius(inputs, &seen, &mut findings)?;
+            // Depth that is read wrongly makes the radius look wrong, too.
+            if findings.is_empty() {
+                self.of_radius(inputs, &seen, &mut findings)?;
+            }
             Ok(findings)
         })
     }
@@ -252,8 +270,8 @@ impl AmbientOcclusion {
             let perspective = matches!(other, Curve::Perspective { .. });
             reversed = perspective && seen.median() < 1.3 * near && swapped.median() > 3.0 * near;
             if inputs.normals.is_some() {
-                let fits = |evidence: &Evidence| score(evidence, &evidence.normals());
-                reversed |= fits(&swapped).zip(fits(seen)).is_some_and(|(swapped, seen)| swapped > seen + 0.2);
+                reversed |=
+                    misfit(seen).zip(misfit(&swapped)).is_some_and(|(seen, swapped)| seen.is_explained_by(swapped));
             }
         }
         if reversed {
@@ -296,7 +314,7 @@ fn of_normals(seen: &Evidence, findings: &mut Vec<Finding>) {
         findings.push(Finding::NormalsZero(zero));
     }
     let normals = seen.normals();
-    let Some(given) = score(seen, &normals) else { return };
+    let Some(given) = Misfit::of(seen, &normals) else { return };
     let changed = |change: [f64; 3]| {
         normals.iter().map(|n| [n[0] * change[0], n[1] * change[1], n[2] * change[2]]).collect::<Vec<_>>()
     };
@@ -309,14 +327,21 @@ fn of_normals(seen: &Evidence, findings: &mut Vec<Finding>) {
     if let Some(transposed) = seen.transposed() {
         candidates.push((Finding::ViewMatrixTransposed, transposed.normals()));
     }
-    let mut best = (Finding::NormalsDisagree(given), given + 0.1);
-    for (finding, normals) in candidates {
-        let fits = score(seen, &normals).unwrap_or(-1.0);
-        if fits > best.1 && fits > 0.85 {
-            best = (finding, fits);
-        }
+    let misfits = candidates.into_iter().filter_map(|(finding, normals)| Some((finding, Misfit::of(seen, &normals)?)));
+    let explaining = misfits.filter(|(_, misfit)| given.is_explained_by(*misfit));
+    if let Some((finding, _)) = explaining.min_by(|(_, a), (_, b)| a.order(b)) {
+        findings.push(finding);
+        return;
     }
-    if best.0 != Finding::NormalsDisagree(given) || given < 0.7 {
-        findings.push(best.0);
+    let (normals, angle) = turned(seen, &normals);
+    if Misfit::of(seen, &normals).is_some_and(|misfit| given.is_explained_by(misfit)) {
+        findings.push(Finding::NormalsTurned(angle));
+    } else if given.apart > 0.3 {
+        findings.push(Finding::NormalsDisagree(given.apart));
     }
+}
+
+/// Returns how far the caller's normals are from those rebuilt from depth.
+fn misfit(seen: &Evidence) -> Option<Misfit> {
+    Misfit::of(seen, &seen.normals())
 }

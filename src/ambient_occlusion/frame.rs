@@ -35,6 +35,7 @@ impl AmbientOcclusion {
     /// Runs the passes, and reads back what `extras` asks for. The state must be the one that passes expect.
     pub(super) fn passes(&mut self, inputs: &Inputs, timers: &mut Timers, extras: Extras) -> Result<Kept, Error> {
         let gl = self.gl.clone();
+        self.result = None;
         let checked = inputs.check(&gl, self.size, self.settings.method)?;
         let settings = &self.settings;
         let radius = settings.radius_read(inputs.projection)?;
@@ -140,6 +141,7 @@ impl AmbientOcclusion {
             };
             kept.edges = Some(Image { width, height, texels });
         }
+        self.result = Some(programs.plan.last());
         Ok(kept)
     }
 
@@ -157,18 +159,16 @@ impl AmbientOcclusion {
     /// Returns the index of the programs for a kind of inputs. The programs are compiled, and the images that they draw
     /// into are made, if they do not exist yet.
     fn programs_for(&mut self, kind: InputKind) -> Result<usize, Error> {
-        let index = match self.programs.iter().position(|programs| programs.kind == kind) {
-            Some(found) => found,
-            None => {
-                let programs = Programs::new(&mut self.cache, &self.settings, self.purpose, kind)?;
-                if self.programs.len() == KINDS {
-                    self.programs.remove(0);
-                }
-                self.programs.push(programs);
-                self.programs.len() - 1
-            }
-        };
-        self.images.complete(&self.gl, self.size, &self.settings, &self.programs[index])?;
-        Ok(index)
+        if let Some(found) = self.programs.iter().position(|programs| programs.kind == kind) {
+            self.images.complete(&self.gl, self.size, &self.settings, &self.programs[found])?;
+            return Ok(found);
+        }
+        let programs = Programs::new(&mut self.cache, &self.settings, self.purpose, kind)?;
+        self.images.complete(&self.gl, self.size, &self.settings, &programs)?;
+        if self.programs.len() == KINDS {
+            self.programs.remove(0);
+        }
+        self.programs.push(programs);
+        Ok(self.programs.len() - 1)
     }
 }

@@ -40,6 +40,10 @@ impl InputTextures {
                 normals.width, normals.height, size.0, size.1
             )));
         }
+        let whole = |texels: usize| texels == depth.width * depth.height;
+        if !whole(depth.texels.len()) || normals.is_some_and(|normals| !whole(normals.texels.len())) {
+            return Err(Error::Usage(format!("depth and normals of {}x{} pixels need as many texels", size.0, size.1)));
+        }
         let state = SavedState::save(gl, None)?;
         state.put_back_after(gl, || {
             let texels = |image: &Image<[f32; 3]>| -> Vec<f32> {

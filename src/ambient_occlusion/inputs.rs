@@ -92,7 +92,9 @@ impl Inputs {
     ///
     /// OpenGL 3.3 has depth from -1 to 1 in clip space. An application that has called `glClipControl` sets
     /// [`Inputs::depth_encoding`] besides. A perspective matrix tells the hand of eye space; with an orthographic one
-    /// it is taken to be right-handed, as in OpenGL's tradition.
+    /// it is taken to be right-handed, as in OpenGL's tradition. The matrix of a tile does not tell the height of the
+    /// whole picture, which [`Radius::OfView`](crate::settings::Radius::OfView) needs: set [`Inputs::projection`] to the
+    /// [`Projection::part`] of the whole one.
     ///
     /// # Errors
     /// [`Error::Usage`] for a matrix that is no projection: see [`ProjectionMatrix::read`].
@@ -108,6 +110,12 @@ impl Inputs {
             normal_space: NormalSpace::Eye(read.hand.unwrap_or(Hand::Right)),
             ..Inputs::new(depth, normals, target, read.projection)
         })
+    }
+
+    /// Returns whether the texture is one of these.
+    pub(super) fn reads(&self, image: TextureRef) -> bool {
+        let samples = self.samples.is_some_and(|samples| samples.texture == image.texture);
+        image == self.depth || self.normals == Some(image) || samples
     }
 
     /// Returns the depth samples of the pixels, if they have several.

@@ -42,7 +42,8 @@ const PENDING: &str = "an error left by the application before ambient occlusion
 /// All OpenGL state that a call changes is restored, after an error too: the enabled capabilities; the masks, blending,
 /// stencil and polygon mode; the viewport; the bound program, vertex array, framebuffers and renderbuffer; texture
 /// units 0 to 3 with their samplers; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension
-/// is needed. State that exists only in later versions is neither saved nor changed.
+/// is needed. Of later versions, [`AmbientOcclusion::render_into`] also restores the blend functions that OpenGL 4.0 keeps
+/// for each draw buffer; no other state that exists only in later versions is changed.
 ///
 /// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
 ///
@@ -65,6 +66,8 @@ pub struct AmbientOcclusion {
     programs: Vec<Programs>,
     /// The index of the programs of the last run.
     current: usize,
+    /// The index of the image that holds the result of the last run; `None` if there is no result.
+    result: Option<usize>,
     /// What [`AmbientOcclusion::render_into`] writes with; made at its first call.
     writer: Option<Writer>,
     groups: Option<DebugGroups>,
@@ -118,6 +121,7 @@ impl AmbientOcclusion {
                 purpose,
                 programs: Vec::new(),
                 current: 0,
+                result: None,
                 writer: None,
                 groups: None,
                 gl,
@@ -137,13 +141,15 @@ impl AmbientOcclusion {
         self.size
     }
 
-    /// Changes the settings. Returns whether shaders were compiled, which takes some hundred milliseconds; they are
-    /// compiled for inputs like those of the last call.
+    /// Changes the settings. Returns whether shaders were compiled; they are compiled for inputs like those of the last
+    /// call. Many drivers finish a shader when something is first drawn with it, so that the next frame takes some
+    /// hundred milliseconds longer: after true, [`AmbientOcclusion::prepare`] takes that time at once.
     ///
-    /// The radius, the strength, the bias and the depth sigma of the blur are numbers that the shaders read: changing
-    /// them costs nothing, unless the bias becomes 0 or ceases to be, or the radius changes from one kind to another.
-    /// All other settings are compiled into the shaders. Compiled shaders are kept when the settings change, up to 32 of
-    /// them, so that going back to earlier settings compiles nothing.
+    /// The radius, the strength, the bias and the depth sigma of the blur are numbers that the shaders read: to change
+    /// them costs microseconds (`hbao bench --only embedding`). Some of their changes compile: the bias becomes 0 or
+    /// ceases to be, the radius becomes one of another kind, or the depth sigma is set where none was set, or the other
+    /// way round. All other settings are compiled into the shaders. The 32 shaders that were used last stay compiled
+    /// when the settings no longer need them, so that going back to earlier settings compiles nothing.
     ///
     /// # Errors
     /// The same as for [`AmbientOcclusion::new`]. The settings are then the earlier ones.
@@ -154,20 +160,22 @@ impl AmbientOcclusion {
             return Ok(false);
         }
         let compiled = self.cache.compiled();
-        let earlier = self.in_own_state(|ao| {
-            let kind = ao.programs.get(ao.current).map(|programs| programs.kind);
-            let programs = kind.map(|kind| Programs::new(&mut ao.cache, &settings, ao.purpose, kind)).transpose()?;
+        // Everything is made before anything is replaced.
+        let (programs, images) = self.in_own_state(|ao| {
+            let (cache, purpose) = (&mut ao.cache, ao.purpose);
+            let programs = ao.programs.iter().map(|earlier| Programs::new(cache, &settings, purpose, earlier.kind));
+            let programs = programs.collect::<Result<Vec<_>, Error>>()?;
             let images = match same_images(&ao.settings, &settings) {
                 true => None,
                 false => Some(Images::new(&ao.gl, ao.size, &settings)?),
             };
-            ao.settings = settings;
-            ao.programs = programs.into_iter().collect();
-            ao.current = 0;
-            Ok(images.map(|images| std::mem::replace(&mut ao.images, images)))
+            Ok((programs, images))
         })?;
-        // The application may have bound an earlier image, which is deleted only now that its state is restored.
-        drop(earlier);
+        // The application may have bound an earlier image, which is deleted only here, where its state is restored.
+        if let Some(images) = images {
+            self.images = images;
+        }
+        (self.settings, self.programs, self.result) = (settings, programs, None);
         Ok(self.cache.compiled() > compiled)
     }
 
@@ -180,14 +188,12 @@ impl AmbientOcclusion {
         if size == self.size {
             return Ok(());
         }
-        let earlier = self.in_own_state(|ao| {
-            gl::check_size(&ao.gl, size.0, size.1)?;
-            let images = Images::new(&ao.gl, size, &ao.settings)?;
-            ao.size = size;
-            Ok(std::mem::replace(&mut ao.images, images))
-        })?;
         // As in `set`.
-        drop(earlier);
+        self.images = self.in_own_state(|ao| {
+            gl::check_size(&ao.gl, size.0, size.1)?;
+            Images::new(&ao.gl, size, &ao.settings)
+        })?;
+        (self.size, self.result) = (size, None);
         Ok(())
     }
 
@@ -199,6 +205,12 @@ impl AmbientOcclusion {
     /// The same as for [`AmbientOcclusion::render`].
     pub fn prepare(&mut self, inputs: &Inputs) -> Result<(), Error> {
         self.render(inputs)?;
+        self.in_own_state(|ao| {
+            let mut writer = Writer::new(&ao.gl)?;
+            writer.prepare(&mut ao.cache)?;
+            ao.writer = Some(writer);
+            Ok(())
+        })?;
         // SAFETY: the context is current.
         unsafe { self.gl.finish() };
         Ok(())
@@ -253,7 +265,7 @@ impl AmbientOcclusion {
     /// The same as for [`AmbientOcclusion::render`].
     pub fn render_timed(&mut self, inputs: &Inputs, timers: &mut Timers) -> Result<TextureRef, Error> {
         self.run(inputs, timers, Extras::default())?;
-        Ok(self.texture().into())
+        Ok(self.texture()?.into())
     }
 
     /// Computes the ambient occlusion of the inputs as [`AmbientOcclusion::render`] does, and writes it to an image of
@@ -266,21 +278,33 @@ impl AmbientOcclusion {
     /// Otherwise the same as for [`AmbientOcclusion::render`].
     pub fn render_into(&mut self, inputs: &Inputs, output: &Output) -> Result<(), Error> {
         let mut timers = Timers::new(&self.gl, false)?;
+        self.render_into_timed(inputs, output, &mut timers)
+    }
+
+    /// Does the same as [`AmbientOcclusion::render_into`], with each pass run by `timers`, as
+    /// [`AmbientOcclusion::render_timed`] does. The pass that writes is named `apply`.
+    ///
+    /// # Errors
+    /// The same as for [`AmbientOcclusion::render_into`].
+    pub fn render_into_timed(&mut self, inputs: &Inputs, output: &Output, timers: &mut Timers) -> Result<(), Error> {
         let bound = Bound::of(&self.gl);
         timers.groups = self.groups;
         self.in_own_state(|ao| {
-            ao.passes(inputs, &mut timers, Extras::default())?;
-            let (gl, full_screen) = (&ao.gl, &ao.full_screen);
-            let writer = match ao.writer.take() {
-                Some(writer) => writer,
-                None => Writer::new(gl)?,
-            };
-            let visibility = &ao.images.ao[ao.programs[ao.current].plan.last()].canvas.texture;
-            let written = timers.pass("apply", || {
-                writer.write(&mut ao.cache, full_screen, (visibility, ao.size), inputs, output, bound)
-            });
-            ao.writer = Some(writer);
-            written
+            ao.passes(inputs, timers, Extras::default())?;
+            if ao.writer.is_none() {
+                ao.writer = Some(Writer::new(&ao.gl)?);
+            }
+            let result = ao.result.and_then(|result| ao.images.ao.get(result));
+            let (Some(writer), Some(result)) = (&mut ao.writer, result) else { return Err(no_result()) };
+            if let Destination::Texture(image) = output.to
+                && ao.images.hold(image.texture)
+            {
+                return Err(Error::Usage("output: the texture is one of this object's own: use another one".into()));
+            }
+            let visibility = &result.canvas.texture;
+            timers.pass("apply", || {
+                writer.write(&mut ao.cache, &ao.full_screen, (visibility, ao.size), inputs, output, bound)
+            })
         })
     }
 
@@ -335,9 +359,11 @@ impl AmbientOcclusion {
     /// Reads back the result of the last call of [`AmbientOcclusion::render`].
     ///
     /// # Errors
-    /// [`Error::Gl`] if the driver refuses to read the image back.
+    /// [`Error::Usage`] if there is none: nothing was rendered since this object was made or since the settings or the
+    /// size were changed, or the last call failed. [`Error::Gl`] if the driver refuses to read the image back.
     pub fn image(&self) -> Result<Image<f32>, Error> {
-        self.read_back(|| read(self.last()))
+        let result = self.result()?;
+        self.read_back(|| read(result))
     }
 
     /// Runs `read`, which reads an image back, and restores the state that it changes.
@@ -348,14 +374,20 @@ impl AmbientOcclusion {
     }
 
     /// Returns the texture that [`AmbientOcclusion::image`] reads.
-    pub(crate) fn texture(&self) -> &Texture {
-        &self.last().canvas.texture
+    pub(crate) fn texture(&self) -> Result<&Texture, Error> {
+        Ok(&self.result()?.canvas.texture)
     }
 
     /// Returns the image that holds the result of the last run.
-    fn last(&self) -> &AoTarget {
-        &self.images.ao[self.programs.get(self.current).map_or(0, |programs| programs.plan.last())]
+    fn result(&self) -> Result<&AoTarget, Error> {
+        self.result.and_then(|result| self.images.ao.get(result)).ok_or_else(no_result)
     }
+}
+
+fn no_result() -> Error {
+    Error::Usage(
+        "there is no ambient occlusion yet: call render first, and again after a change of settings or size".into(),
+    )
 }
 
 /// Checks settings, and returns those that serve the purpose.

@@ -74,6 +74,12 @@ impl Images {
         Ok(())
     }
 
+    /// Returns whether the texture is one of these images.
+    pub(super) fn hold(&self, texture: glow::Texture) -> bool {
+        let others = [&self.linear_depth, &self.half_depth, &self.rebuilt_normals].into_iter().flatten();
+        self.ao.iter().map(|target| &target.canvas).chain(others).any(|canvas| canvas.texture.id == texture)
+    }
+
     /// Makes all images that these programs draw into and that do not exist yet. Changes bindings.
     pub(super) fn complete(
         &mut self,

@@ -154,7 +154,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     progress.finish_and_clear();
     let (mut changed, mut costs) = (Vec::new(), Vec::new());
     if parts.contains(&Part::Embedding) {
-        let progress = bar((11 * runs) as u64, "frames");
+        let progress = bar((7 * runs) as u64, "rounds");
         changed = changes(gl, &scene.mesh, &view, &base, runs, || progress.inc(1))?;
         costs = input_costs(gl, (&scene.mesh, &view, flags.size), &base, runs, || progress.inc(1))?;
         progress.finish_and_clear();

@@ -19,7 +19,7 @@ use hbao::measure::Reach;
 use hbao::settings::{Radius, Settings};
 use hbao::{AmbientOcclusion, BACKGROUND_R32F, Error, InputTextures, Inputs, PassTime, Timers, glow};
 use normals::NormalsFlags;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The images that the verb writes.
@@ -164,6 +164,13 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         return Err(Error::Usage(what.into()));
     }
     Outputs::check([&wanted.output].into_iter().chain(&wanted.timings))?;
+    let read = [Some(depth_flags.path.as_path()), normals_flags.path(), wanted.color.as_deref()];
+    if let Some(path) = read.into_iter().flatten().find(|path| is_same_file(path, &wanted.output)) {
+        return Err(Error::Usage(format!(
+            "-o {} would replace a picture that is read: name another file",
+            path.display()
+        )));
+    }
 
     let (depth, projection) = depth_flags.open(&camera)?;
     let size = (depth.image.width as u32, depth.image.height as u32);
@@ -210,7 +217,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let visibility = ao.image()?;
     doubts(gl, &needed, &ao, &inputs, &depth, &visibility)?.iter().for_each(|notice| say(notice));
 
-    let origin = flags::with_origin(&settings, origin(matches, &depth_flags, &normals_flags, size));
+    let color = wanted.color.as_deref().filter(|_| wanted.shown == "final");
+    let origin = flags::with_origin(&settings, origin(matches, (&depth_flags, &normals_flags, color), size));
     let text = flags::stored_text(matches, &origin);
     let image = match (&colours, wanted.format) {
         (None, format) => Pixels::Visibility(visibility).encode(format, &text)?,
@@ -261,6 +269,11 @@ fn doubts(
     Ok(found)
 }
 
+/// Returns whether both paths lead to one file that exists.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    a.canonicalize().ok().zip(b.canonicalize().ok()).is_some_and(|(a, b)| a == b)
+}
+
 /// Returns the colours times visibility. Visibility may be that of a texel for each 2x2 pixels.
 fn darkened(colours: &Image<[f32; 3]>, visibility: &Image<f32>) -> Image<[f32; 3]> {
     let scale = if (visibility.width, visibility.height) == (colours.width, colours.height) { 1 } else { 2 };
@@ -271,8 +284,12 @@ fn darkened(colours: &Image<[f32; 3]>, visibility: &Image<f32>) -> Image<[f32; 3
 }
 
 /// Returns the table of the metadata that says what the image was made from. Files are named without their folders.
-fn origin(matches: &ArgMatches, depth: &DepthFlags, normals: &NormalsFlags, size: (u32, u32)) -> toml::Table {
-    const FLAGS: [&str; 14] = [
+fn origin(
+    matches: &ArgMatches,
+    (depth, normals, color): (&DepthFlags, &NormalsFlags, Option<&Path>),
+    size: (u32, u32),
+) -> toml::Table {
+    const FLAGS: [&str; 15] = [
         "depth-channel",
         "depth-is",
         "background",
@@ -287,6 +304,7 @@ fn origin(matches: &ArgMatches, depth: &DepthFlags, normals: &NormalsFlags, size
         "intrinsics",
         "near",
         "far",
+        "clip-range",
     ];
     let mut table = toml::Table::new();
     let mut put = |key: &str, value: toml::Value| table.insert(key.into(), value);
@@ -294,6 +312,12 @@ fn origin(matches: &ArgMatches, depth: &DepthFlags, normals: &NormalsFlags, size
     put("image", depth::name(&depth.path).into());
     if let Some(path) = normals.path() {
         put("normals", depth::name(path).into());
+    }
+    if let Some(path) = color {
+        put("color", depth::name(path).into());
+        if let Some(channels) = flags::text(matches, "color-channels") {
+            put("color-channels", channels.into());
+        }
     }
     put("size", vec![i64::from(size.0), i64::from(size.1)].into());
     for flag in FLAGS {

@@ -4,7 +4,7 @@ use super::{check, not_made};
 use crate::Error;
 use glow::HasContext;
 use std::fmt::Write;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A shader file of `glsl/`.
 #[derive(Clone, Copy)]
@@ -66,8 +66,9 @@ pub(crate) fn assemble(defines: &Defines, pieces: &[Source]) -> String {
 pub(crate) struct Program {
     gl: Arc<glow::Context>,
     id: glow::Program,
-    /// The uniforms that the program reads. They are looked up once: glow copies a name at every query.
-    uniforms: Vec<(String, glow::UniformLocation)>,
+    /// The uniforms that were set so far; `None` for one that the program does not read. They are looked up once, since
+    /// glow copies the name at every query. The lock is there because programs are shared, and never waits.
+    uniforms: Mutex<Vec<(&'static str, Option<glow::UniformLocation>)>>,
 }
 
 impl Program {
@@ -83,7 +84,7 @@ impl Program {
         // SAFETY: the context is current. Every object made here is deleted on every way out.
         unsafe {
             let id = gl.create_program().map_err(|_| not_made(gl, name))?;
-            let mut program = Program { gl: gl.clone(), id, uniforms: Vec::new() };
+            let program = Program { gl: gl.clone(), id, uniforms: Mutex::default() };
             for (stage, pieces) in [(glow::VERTEX_SHADER, &[vertex][..]), (glow::FRAGMENT_SHADER, fragment)] {
                 let shader = gl.create_shader(stage).map_err(|_| not_made(gl, name))?;
                 gl.shader_source(shader, &assemble(defines, pieces));
@@ -105,11 +106,6 @@ impl Program {
                 let log = gl.get_program_info_log(id);
                 return Err(refused(gl, name, "link", &one_line(&log)));
             }
-            for uniform in (0..gl.get_active_uniforms(id)).filter_map(|i| gl.get_active_uniform(id, i)) {
-                if let Some(location) = gl.get_uniform_location(id, &uniform.name) {
-                    program.uniforms.push((uniform.name, location));
-                }
-            }
             check(gl, name)?;
             Ok(program)
         }
@@ -129,64 +125,71 @@ impl Program {
     }
 
     /// Returns the location of a uniform, or `None` if the program does not read it.
-    fn uniform(&self, name: &str) -> Option<&glow::UniformLocation> {
-        self.uniforms.iter().find(|(found, _)| found == name).map(|(_, location)| location)
+    fn uniform(&self, name: &'static str) -> Option<glow::UniformLocation> {
+        let mut uniforms = self.uniforms.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, location)) = uniforms.iter().find(|(known, _)| *known == name) {
+            return location.clone();
+        }
+        // SAFETY: the context is current and the program is ours.
+        let location = unsafe { self.gl.get_uniform_location(self.id, name) };
+        uniforms.push((name, location.clone()));
+        location
     }
 
     /// Sets a float of the program, which must be in use. As with all setters here, a uniform that the program does not
     /// have is ignored. A value beyond float32's range becomes the largest float32 number, since an infinity would
     /// become NaN when multiplied by 0.
-    pub(crate) fn float(&self, name: &str, value: f64) -> &Program {
+    pub(crate) fn float(&self, name: &'static str, value: f64) -> &Program {
         let value = value.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
         // SAFETY: the context is current and the program in use.
-        unsafe { self.gl.uniform_1_f32(self.uniform(name), value) };
+        unsafe { self.gl.uniform_1_f32(self.uniform(name).as_ref(), value) };
         self
     }
 
     /// Sets a vec2 of the program, which must be in use.
-    pub(crate) fn vec2(&self, name: &str, [x, y]: [f64; 2]) -> &Program {
+    pub(crate) fn vec2(&self, name: &'static str, [x, y]: [f64; 2]) -> &Program {
         // SAFETY: as `float`.
-        unsafe { self.gl.uniform_2_f32(self.uniform(name), x as f32, y as f32) };
+        unsafe { self.gl.uniform_2_f32(self.uniform(name).as_ref(), x as f32, y as f32) };
         self
     }
 
     /// Sets a vec3 of the program, which must be in use.
-    pub(crate) fn vec3(&self, name: &str, [x, y, z]: [f32; 3]) -> &Program {
+    pub(crate) fn vec3(&self, name: &'static str, [x, y, z]: [f32; 3]) -> &Program {
         // SAFETY: as `float`.
-        unsafe { self.gl.uniform_3_f32(self.uniform(name), x, y, z) };
+        unsafe { self.gl.uniform_3_f32(self.uniform(name).as_ref(), x, y, z) };
         self
     }
 
     /// Sets a vec4 of the program, which must be in use.
-    pub(crate) fn vec4(&self, name: &str, [x, y, z, w]: [f32; 4]) -> &Program {
+    pub(crate) fn vec4(&self, name: &'static str, [x, y, z, w]: [f32; 4]) -> &Program {
         // SAFETY: as `float`.
-        unsafe { self.gl.uniform_4_f32(self.uniform(name), x, y, z, w) };
+        unsafe { self.gl.uniform_4_f32(self.uniform(name).as_ref(), x, y, z, w) };
         self
     }
 
     /// Sets a mat3, given column by column, of the program, which must be in use.
-    pub(crate) fn mat3(&self, name: &str, columns: &[f32; 9]) -> &Program {
+    pub(crate) fn mat3(&self, name: &'static str, columns: &[f32; 9]) -> &Program {
         // SAFETY: as `float`.
-        unsafe { self.gl.uniform_matrix_3_f32_slice(self.uniform(name), false, columns) };
+        unsafe { self.gl.uniform_matrix_3_f32_slice(self.uniform(name).as_ref(), false, columns) };
         self
     }
 
     /// Sets a mat4, given column by column, of the program, which must be in use.
-    pub(crate) fn mat4(&self, name: &str, columns: &[f32; 16]) -> &Program {
+    pub(crate) fn mat4(&self, name: &'static str, columns: &[f32; 16]) -> &Program {
         // SAFETY: as `float`.
-        unsafe { self.gl.uniform_matrix_4_f32_slice(self.uniform(name), false, columns) };
+        unsafe { self.gl.uniform_matrix_4_f32_slice(self.uniform(name).as_ref(), false, columns) };
         self
     }
 
     /// Sets an int of the program, which must be in use.
-    pub(crate) fn int(&self, name: &str, value: i32) -> &Program {
+    pub(crate) fn int(&self, name: &'static str, value: i32) -> &Program {
         // SAFETY: as `float`.
-        unsafe { self.gl.uniform_1_i32(self.uniform(name), value) };
+        unsafe { self.gl.uniform_1_i32(self.uniform(name).as_ref(), value) };
         self
     }
 
     /// Makes a sampler of the program, which must be in use, read a texture unit.
-    pub(crate) fn unit(&self, name: &str, unit: u32) -> &Program {
+    pub(crate) fn unit(&self, name: &'static str, unit: u32) -> &Program {
         self.int(name, unit as i32)
     }
 }

@@ -239,7 +239,10 @@ const BLENDING: [u32; 6] = [
 
 impl Multiplying {
     /// Saves the parameters of blending, and sets them.
-    pub(crate) fn begin(gl: &Arc<glow::Context>) -> Multiplying {
+    ///
+    /// # Errors
+    /// [`Error::Gl`] if OpenGL does not tell the parameters.
+    pub(crate) fn begin(gl: &Arc<glow::Context>) -> Result<Multiplying, Error> {
         // SAFETY: the context is current. OpenGL keeps the parameters for each draw buffer since version 4.0.
         unsafe {
             let all = BLENDING.map(|parameter| gl.get_parameter_i32(parameter) as u32);
@@ -254,10 +257,11 @@ impl Multiplying {
                     buffers = 1;
                 }
             }
+            check(gl, SAVING)?;
             gl.enable_draw_buffer(glow::BLEND, 0);
             gl.blend_equation(glow::FUNC_ADD);
             gl.blend_func_separate(glow::ZERO, glow::SRC_COLOR, glow::ZERO, glow::ONE);
-            Multiplying { gl: gl.clone(), blending, buffers }
+            Ok(Multiplying { gl: gl.clone(), blending, buffers })
         }
     }
 }

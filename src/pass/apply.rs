@@ -14,30 +14,50 @@ pub(crate) enum Share {
     Image(TextureRef, (u32, u32)),
 }
 
+impl Share {
+    /// Returns the word that the shader is compiled for; `None` for one number.
+    fn word(self) -> Option<&'static str> {
+        match self {
+            Share::Constant(_) => None,
+            Share::Image(image, _) => Some(image.target.word().unwrap_or("IMAGE")),
+        }
+    }
+}
+
 pub(crate) struct ApplyPass {
     program: Arc<Program>,
-    share: Share,
+    word: Option<&'static str>,
 }
 
 impl ApplyPass {
+    /// Compiles the pass for a share of this kind.
     pub(crate) fn new(programs: &mut ProgramCache, share: Share) -> Result<ApplyPass, Error> {
-        let defines = match share {
-            Share::Constant(_) => Defines::default(),
-            Share::Image(image, _) => Defines::default().word("SHARE", image.target.word().unwrap_or("IMAGE")),
-        };
-        Ok(ApplyPass { program: programs.get(&defines, FULLSCREEN, &[source!("apply.frag")])?, share })
+        let word = share.word();
+        let defines = word.into_iter().fold(Defines::default(), |defines, word| defines.word("SHARE", word));
+        Ok(ApplyPass { program: programs.get(&defines, FULLSCREEN, &[source!("apply.frag")])?, word })
+    }
+
+    /// Returns whether the pass is compiled for a share of this kind.
+    pub(crate) fn takes(&self, share: Share) -> bool {
+        self.word == share.word()
     }
 
     /// Draws into the bound framebuffer, whose viewport begins at `corner`. `ao` has the size of the view, or half of it
     /// if `halved`.
-    pub(crate) fn draw(&self, full_screen: &FullScreen, ao: &Texture, halved: bool, corner: (u32, u32)) {
+    pub(crate) fn draw(
+        &self,
+        full_screen: &FullScreen,
+        (ao, halved): (&Texture, bool),
+        share: Share,
+        corner: (u32, u32),
+    ) {
         let program = self.program.bind();
         full_screen.bind_texture(0, ao.into());
         program
             .unit("ao_image", 0)
             .vec2("corner", [f64::from(corner.0), f64::from(corner.1)])
             .float("ao_texels", if halved { 0.5 } else { 1.0 });
-        match self.share {
+        match share {
             Share::Constant(share) => _ = program.float("ambient_share", f64::from(share)),
             Share::Image(image, (x, y)) => {
                 full_screen.bind_texture(1, image);

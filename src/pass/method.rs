@@ -147,7 +147,8 @@ impl MethodPass {
         Ok(Some(MethodPass { program, tile }))
     }
 
-    /// Draws A into the bound target. `radius` is R, of the kind that the pass is compiled for. `normals` may be `None` if the method reads none.
+    /// Draws A into the bound target. `radius` is R, of the kind that the pass is compiled for. `normals` may be `None`
+    /// if the method reads none.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,

@@ -200,7 +200,7 @@ impl Pipeline {
             if let (Some(FinalImage { pass, target, .. }), Some(colour)) = (&self.composite, &targets.colour) {
                 self.timers.pass("composite", || {
                     target.bind();
-                    pass.draw(&self.full_screen, colour, ao.texture());
+                    pass.draw(&self.full_screen, colour, ao.texture()?);
                     Ok(())
                 })?;
             }

@@ -61,7 +61,8 @@ impl ProjectionMatrix {
         // The rows of z and w in perspective are (0, 0, a, b) and (0, 0, +-1, 0).
         if perspective && k != 1.0 && z[3].abs() == 1.0 {
             return refuse(
-                "is transposed: give it column by column, so that the fourth column is the last four numbers",
+                "looks transposed or inverse: give the matrix from eye space to clip space, column by column; if it is \
+                 multiplied by a factor, divide it by that",
             );
         }
         if k <= 0.0 || !small(w[0], k) || !small(w[1], k) {
@@ -232,7 +233,7 @@ mod tests {
             (with(good, 5, -2.0), "mirrors"),
             (with(good, 0, 0.0), "mirrors"),
             (with(good, 8, 3000.0), "the view's axis"),
-            (transposed(good), "is transposed"),
+            (transposed(good), "looks transposed or inverse"),
             (transposed(matrix(true, [-0.2, 1.1, 0.1, 0.9], Left, DEPTHS[5])), "transposed"),
             (transposed(matrix(false, [-0.2, 1.1, 0.1, 0.9], Left, DEPTHS[0])), "projection matrix"),
         ] {

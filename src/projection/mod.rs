@@ -129,12 +129,12 @@ impl Projection {
     }
 
     /// Returns the projection of a part of this picture, whose size is `picture` (width, height) in pixels. The part is
-    /// `size` pixels large, and its lower left pixel is `corner` (x, y) in the picture, y up. It may reach beyond the
-    /// picture.
+    /// `size` pixels large, and its lower left pixel is `corner` (x, y) in the picture, y up.
     ///
     /// Ambient occlusion of the part equals that of the same pixels in the picture, up to rounding, if `corner` is a
-    /// multiple of 8 in x and y, so that the rotation tile and the texels of half resolution stay where they are, and
-    /// if the part holds everything that the samples of those pixels read: see [`crate::Settings::guard_band`].
+    /// multiple of 8 in x and y, so that the rotation tile and the texels of half resolution stay where they are; if the
+    /// part holds everything that the samples of those pixels read: see [`crate::Settings::guard_band`]; and if it does
+    /// not reach beyond the picture, at whose border samples are clamped.
     #[must_use]
     pub fn part(&self, picture: (u32, u32), corner: (i64, i64), size: (u32, u32)) -> Projection {
         let Extents { mut half, mut middle, mut whole } = self.extents();
@@ -157,12 +157,16 @@ impl Projection {
     pub fn check(&self) -> Result<(), Error> {
         let Extents { half: [x, y], middle, .. } = self.extents();
         if !(x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0) {
-            return Err(Error::Usage(format!("{self:?}: both extents must be finite and above 0")));
+            return Err(Error::Usage(format!(
+                "projection: half the picture's width is {x} and half its height {y}, and both must be finite and above 0; \
+                 a field of view is given in radians"
+            )));
         }
         let far = |middle: f64, half: f64| self.is_perspective() && middle.abs() / half > FARTHEST_AXIS;
         if !middle.iter().all(|c| c.is_finite()) || far(middle[0], x) || far(middle[1], y) {
             return Err(Error::Usage(format!(
-                "{self:?}: the view's axis must lie within {FARTHEST_AXIS} halves of the picture's size from its middle"
+                "projection: the view's axis must lie within {FARTHEST_AXIS} halves of the picture's size from its middle, \
+                 which is at {middle:?}"
             )));
         }
         Ok(())

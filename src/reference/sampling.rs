@@ -24,6 +24,9 @@ pub(super) struct Shift {
     pub(super) comparison: f64,
 }
 
+/// A step counts as a texel if it is shorter by less than a millionth, as in `sampling.glsl`.
+const TEXEL: f64 = 1.0 - 1e-6;
+
 /// No shift.
 pub(super) const EXACT: Shift = Shift { rounding: 0.0, comparison: 0.0 };
 
@@ -61,7 +64,7 @@ impl Pixel {
     /// Returns whether the method exits early at the pixel: A = 1 because R covers too few texels (6.2, Variable step
     /// size).
     pub(super) fn exits_early(&self, shift: Shift) -> bool {
-        self.enough < 1.0 + shift.comparison
+        self.enough < TEXEL + shift.comparison
     }
 }
 

@@ -27,7 +27,8 @@ impl Settings {
         let depth = radius_px.least(1.0) / needed;
         Ok(match radius_px.shrinks {
             true => depth,
-            false if depth < 1.0 => 0.0,
+            // As everywhere, R counts as what it is short of by less than a millionth.
+            false if depth < 1.0 - 1e-6 => 0.0,
             false => f64::INFINITY,
         })
     }

@@ -9,7 +9,7 @@ impl Settings {
     /// from a pixel lie the pixels that its ambient occlusion is computed from, up to the picture's border.
     /// `projection` and `size` (width, height) are those of the picture, or of any part of it. `nearest` is the
     /// smallest depth of a surface in the part and in the [`Settings::blur_reach`] around it, or infinity if there is
-    /// no surface.
+    /// no surface. The near plane's depth is safe, and far too small.
     ///
     /// The band is R in pixels at that depth, and for `ssao` the largest offset of a sample, with what rounding to
     /// whole texels adds; and the blur's reach. See [`Projection::part`].

@@ -127,6 +127,9 @@ impl Knob {
         if self.is_unset(settings) {
             return Ok(());
         }
+        if self.kind == Kind::Length {
+            return settings.radius.check();
+        }
         self.set(&mut settings.clone(), &self.text(settings)).map_err(|error| match (self.kind, (self.get)(settings)) {
             (Kind::Degrees(min, max), Value::Number(degrees)) => {
                 let [value, min, max] = [degrees, min, max].map(f64::to_radians);
@@ -185,6 +188,8 @@ fn length(text: &str) -> Result<Radius, String> {
     let trimmed = text.trim();
     let parsed = if let Some(percent) = trimmed.strip_suffix("%view") {
         positive(percent).map(|percent| Radius::OfView(percent / 100.0))
+    } else if let Some(share) = trimmed.strip_suffix("view") {
+        positive(share).map(Radius::OfView)
     } else if let Some(percent) = trimmed.strip_suffix('%') {
         positive(percent).map(Radius::Percent)
     } else {
@@ -206,6 +211,13 @@ fn typed(value: f64, number: f64, read: impl Fn(f64) -> f64) -> f64 {
     let short = (number * 1e10).round() / 1e10;
     let near = [short, number, number.next_up(), number.next_down()];
     near.into_iter().find(|&number| read(number) == value).unwrap_or(short)
+}
+
+/// Writes a share of the view's height: in percent, unless no percentage is read as the same number.
+fn of_view(share: f64) -> String {
+    let read = |percent: f64| percent / 100.0;
+    let percent = typed(share, share * 100.0, read);
+    if read(percent) == share { format!("{percent}%view") } else { format!("{share}view") }
 }
 
 macro_rules! knobs {
@@ -235,9 +247,7 @@ macro_rules! knobs {
         match $field {
             Radius::Units(units) => Value::Number(units),
             Radius::Percent(percent) => Value::Text(format!("{percent}%")),
-            Radius::OfView(share) => {
-                Value::Text(format!("{}%view", typed(share, share * 100.0, |percent| percent / 100.0)))
-            }
+            Radius::OfView(share) => Value::Text(of_view(share)),
         }
     };
     (@get PositiveOrUnset $field:expr) => { $field.map_or(Value::Text(String::new()), Value::Number) };

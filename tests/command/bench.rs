@@ -199,8 +199,8 @@ fn it_measures_what_changes_and_inputs_of_an_application_cost() {
         assert_eq!([linear, rebuilt], [i >= 2, i == 1], "{cost}");
         assert!(number(cost, "ao_ms") > 0.0);
     }
-    assert_eq!(names("inputs", "inputs").len(), 5);
+    assert_eq!(names("inputs", "inputs").len(), 6);
     // In an orthographic view, linear depth is left.
     let (_, _, report) = measured("--size 32x24 --runs 1 --only embedding --ortho 10");
-    assert_eq!(report["inputs"].as_array().unwrap().len(), 2);
+    assert_eq!(report["inputs"].as_array().unwrap().len(), 3);
 }

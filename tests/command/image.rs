@@ -436,7 +436,7 @@ mod notices_of_what_is_hardly_meant {
         dumped.write_normals("n.exr", &dumped.normals.map(|[x, y, z]| [-x, -y, -z]));
         tells(&dumped, &format!("d/depth.exr n.exr --normals-are left {CORNELL}"), "face away from the eye");
         dumped.write_normals("n.exr", &dumped.normals.map(|[x, y, z]| [z, x, y]));
-        tells(&dumped, &format!("d/depth.exr n.exr --normals-are left {CORNELL}"), "do not fit the surfaces of DEPTH");
+        tells(&dumped, &format!("d/depth.exr n.exr --normals-are left {CORNELL}"), "turned by 120 degrees");
         dumped.write_normals("n.exr", &dumped.normals.map(|_| [0.0; 3]));
         tells(&dumped, &format!("d/depth.exr n.exr {CORNELL}"), "NORMALS are 0 at");
         // A quarter turn about each of two axes, whose transpose is another turn.
@@ -638,6 +638,8 @@ mod refusals {
                 (2, "", "DEPTH"),
                 (2, "d/depth.exr --radius 1", metadata),
                 (2, "d/depth.exr --fov-y 40 --radius 7%", "such as 7%view"),
+                (2, "d/depth.exr --fov-y 40 -o d/../d/depth.exr", "would replace a picture that is read"),
+                (2, "d/depth.exr d/normals.exr --fov-y 40 -o d/normals.exr", "would replace a picture that is read"),
                 (2, "d/depth.exr --fov-y 40 --ortho 3 --radius 1", "cannot be used with"),
                 (2, "d/depth.exr --fov-y 40 --intrinsics 1,1,1,1 --radius 1", "cannot be used with"),
                 (2, "d/depth.exr --fov-y 180 --radius 1", "must be from 1 to 175 degrees"),

@@ -193,7 +193,7 @@ fn settings_out_of_range() {
         (
             USAGE,
             "--radius 5px",
-            "write it in scene units, such as 1.5, or as a percentage of the scene's size, such as 5%",
+            "write it in scene units, such as 1.5, as a percentage of the scene's size, such as 5%, or",
         ),
         (USAGE, "--step 3 --steps 4", "unexpected argument '--step'"),
         (USAGE, "far.obj --depth-format r16f", "r16f holds depths to 60000"),

@@ -150,13 +150,10 @@ fn cases() -> Vec<(String, Shot, Settings)> {
     let mut cases = Vec::new();
     for (i, settings) in every_switch().into_iter().enumerate() {
         // The radii were chosen for a picture with twice as many pixels along each side.
-        let radius = match settings.radius {
-            Radius::Units(units) => Radius::Units(2.0 * units),
-            Radius::Percent(_) | Radius::OfView(_) => settings.radius,
-        };
+        let settings = rig::scaled(&settings, 2.0);
         let shot = scenes::cornell_box().rolled();
         let shot = if i % 2 == 0 { shot } else { shot.orthographic() };
-        cases.push((format!("{} {i}", settings.method.name()), shot, Settings { radius, ..settings }));
+        cases.push((format!("{} {i}", settings.method.name()), shot, settings));
     }
     for shot in [scenes::nave(), scenes::ball(), scenes::box_on_a_floor(), scenes::two_layers(), scenes::pole()] {
         let settings = Settings { radius: Radius::Units(shot.radius), ..Settings::default() };

@@ -4,7 +4,7 @@ use application::{Frames, Model, SHADING, SIZE};
 use hbao::glow::{self, HasContext};
 use hbao::settings::{Radius, Settings};
 use hbao::{
-    AmbientOcclusion, Destination, Hand, Inputs, NormalEncoding, NormalSpace, Output, TextureRef, TextureTarget,
+    AmbientOcclusion, Destination, Hand, Inputs, NormalEncoding, NormalSpace, Output, TextureRef, TextureTarget, Write,
 };
 use std::error::Error;
 use std::sync::Arc;
@@ -127,7 +127,7 @@ fn darken(ao: &mut AmbientOcclusion, gbuffer: &GBuffer, camera: &Camera) -> Resu
         normal_space: NormalSpace::world(camera.view().as_ref(), Hand::Right),
         ..Inputs::from_matrix(depth, colours, TextureTarget::Texture2d, camera.projection().as_ref())?
     };
-    let output = Output { to: Destination::Texture(layer(COLOUR)), ..Output::multiplied(None) };
+    let output = Output::new(Destination::Texture(layer(COLOUR)), Write::Multiplied(1.0));
     Ok(ao.render_into(&inputs, &output)?)
 }
 // Ambient occlusion ends.

@@ -4,6 +4,8 @@ use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, perspective, read_red, rubble};
 use crate::rig::every_switch;
 use hbao::context::{Backend, Context};
+use hbao::image::Image;
+use hbao::scene::Projection;
 use hbao::settings::{DepthFormat, Method, Radius};
 use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget};
 
@@ -178,4 +180,77 @@ fn an_angle_out_of_range_is_told_in_radians() {
     let knob = hbao::settings::Knob::named("bias").unwrap();
     let message = knob.set(&mut Settings::default(), "90").unwrap_err().to_string();
     assert!(message.contains("0 to 89 degrees"), "{message}");
+}
+
+/// After a change nothing is read back as if it were a result.
+#[test]
+fn there_is_no_image_before_a_frame_nor_after_a_change() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let gl = context.gl();
+    let shot = rig::scenes::box_on_a_floor();
+    // With several depth samples the result is in another image than without.
+    let settings = Settings { msaa: 4, ..rig::float_settings(shot.radius) };
+    let request = hbao::Request { gbuffer_only: true, ..hbao::Request::default() };
+    let mut pipeline = hbao::Pipeline::new(gl, SIZE, &settings, request).unwrap();
+    let camera = shot.camera(SIZE);
+    pipeline.render(&shot.mesh, &camera).unwrap();
+    let inputs = pipeline.inputs(&camera);
+    assert!(inputs.samples.is_some());
+    let mut ao = AmbientOcclusion::new(gl.clone(), SIZE, &settings).unwrap();
+    let nothing = |ao: &AmbientOcclusion| {
+        let message = ao.image().unwrap_err().to_string();
+        assert!(message.contains("call render first"), "{message}");
+        assert_eq!((ao.linear_depth(), ao.rebuilt_normals()), (None, None));
+    };
+    nothing(&ao);
+    ao.render(&inputs).unwrap();
+    let first = ao.image().unwrap();
+    ao.set(&Settings { ao_format: hbao::settings::AoFormat::R16f, ..settings.clone() }).unwrap();
+    nothing(&ao);
+    ao.render(&inputs).unwrap();
+    ao.image().unwrap();
+    ao.set(&settings).unwrap();
+    ao.resize((7, 9)).unwrap();
+    nothing(&ao);
+    ao.resize(SIZE).unwrap();
+    ao.render(&inputs).unwrap();
+    assert!(ao.image().unwrap() == first);
+    // A frame that is refused leaves none either.
+    ao.render(&hbao::Inputs { near: -1.0, background: f32::NAN, viewport: None, ..inputs }).ok();
+    let wrong = hbao::Inputs { projection: Projection::perspective(0.0, 1.0), ..inputs };
+    ao.render(&wrong).unwrap_err();
+    nothing(&ao);
+}
+
+/// A headset renders two views in turns, which may be of two kinds.
+#[test]
+fn every_kind_of_inputs_so_far_is_compiled_at_once() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let view = view(SIZE);
+    let textures = textures(&context, &view);
+    let flat = Textures::new(context.gl(), &view, TextureTarget::Texture2d, NormalEncoding::Signed);
+    let [a, b] = [3, 4].map(|steps| Settings { steps, ..rig::raw(Method::Hbao, 1.0) });
+    let mut ao = AmbientOcclusion::new(context.gl().clone(), SIZE, &a).unwrap();
+    for textures in [&textures, &flat] {
+        ao.prepare(&textures.inputs).unwrap();
+    }
+    assert!(ao.set(&b).unwrap());
+    // Setting the same settings for one kind after the other finds everything compiled.
+    for textures in [&textures, &flat] {
+        ao.render(&textures.inputs).unwrap();
+        assert!(!ao.set(&Settings { blur: 0, ..b.clone() }).unwrap());
+    }
+    assert!(!ao.set(&a).unwrap());
+}
+
+#[test]
+fn images_of_the_wrong_size_are_refused() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let good = Image::filled(4, 3, 1.0f32);
+    let short = Image { texels: vec![1.0; 11], ..good.clone() };
+    for (depth, normals) in [(&short, None), (&good, Some(Image { width: 4, height: 3, texels: vec![[0.0; 3]; 13] }))] {
+        let error = hbao::InputTextures::new(context.gl(), depth, normals.as_ref()).err().unwrap();
+        assert!(error.is_usage() && error.to_string().contains("4x3"), "{error}");
+    }
+    hbao::InputTextures::new(context.gl(), &good, None).unwrap();
 }

@@ -261,7 +261,10 @@ fn what_has_no_converged_form_is_refused_and_so_is_a_pixel_outside() {
         assert!(error.starts_with(&format!("{} has no converged form", method.name())) && error.lines().count() == 1);
     }
     assert!(of(&base, &[16 * 12]).unwrap_err().to_string().contains("outside the image of 16x12"));
-    assert!(of(&Settings::default(), &[0]).is_err(), "a radius in percent is refused");
+    assert!(
+        of(&Settings { radius: Radius::Percent(5.0), ..base.clone() }, &[0]).is_err(),
+        "a radius in percent is refused"
+    );
     assert!(of(&base, &[]).unwrap().is_empty());
     // Background is open.
     let nothing = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]).unwrap();

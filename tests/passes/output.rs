@@ -16,7 +16,7 @@ const OUTER: (u32, u32) = (40, 30);
 const CORNER: (u32, u32) = (9, 5);
 /// The colour that is in them at first, in whole 255ths.
 const COLOUR: [f32; 4] = [0.8, 0.6, 0.4, 0.2];
-const KINDS: [TextureTarget; 4] =
+pub(super) const KINDS: [TextureTarget; 4] =
     [TextureTarget::Texture2d, TextureTarget::Rectangle, TextureTarget::Layer(2), TextureTarget::Multisample(4)];
 
 struct Scene {
@@ -47,7 +47,7 @@ impl Scene {
     /// Writes, and checks every pixel of the image: `expected` tells from A what the view holds, and around it is the
     /// first colour.
     fn hold(&mut self, image: TextureRef, write: Write, expected: impl Fn(usize, f32) -> [f32; 4], text: &str) {
-        let output = Output { to: Destination::Texture(image), corner: CORNER, write };
+        let output = Output::new(Destination::Texture(image), write).at(CORNER);
         self.ao.render_into(&self.textures.inputs, &output).unwrap();
         self.check(&read(self.context.gl(), image), expected, text);
     }
@@ -66,7 +66,7 @@ impl Scene {
 }
 
 /// Makes a texture of the size OUTER, or of the view's, whose texels are all of one colour.
-fn texture(
+pub(super) fn texture(
     gl: &glow::Context,
     target: TextureTarget,
     size: (u32, u32),
@@ -247,13 +247,13 @@ fn a_framebuffer_is_multiplied() {
     let mut scene = Scene::new(&settings());
     let image = texture(scene.context.gl(), TextureTarget::Texture2d, OUTER, |_, _| COLOUR);
     let framebuffer = framebuffer(scene.context.gl(), &[image]);
-    let output = Output { corner: CORNER, ..Output::multiplied(Some(framebuffer)) };
+    let output = Output::multiplied(Some(framebuffer)).at(CORNER);
     scene.ao.render_into(&scene.textures.inputs, &output).unwrap();
     let [r, g, b, alpha] = COLOUR;
     scene.check(&read(scene.context.gl(), image), |_, a| [r * a, g * a, b * a, alpha], "framebuffer");
     // SAFETY: the context is current.
     unsafe { scene.context.gl().bind_framebuffer(glow::DRAW_FRAMEBUFFER, Some(framebuffer)) };
-    let output = Output { to: Destination::Bound, write: Write::Visibility, ..output };
+    let output = Output::new(Destination::Bound, Write::Visibility).at(CORNER);
     scene.ao.render_into(&scene.textures.inputs, &output).unwrap();
     scene.check(&read(scene.context.gl(), image), |_, a| [a, a, a, 1.0], "bound");
 }
@@ -273,7 +273,7 @@ fn colours_in_srgb_are_multiplied_as_light_where_the_application_lets_them() {
             gl.tex_image_2d(glow::TEXTURE_2D, 0, internal, w, h, 0, glow::RGBA, glow::UNSIGNED_BYTE, data);
         }
         let to = Destination::Texture(image);
-        let output = Output { to, corner: CORNER, write: Write::Multiplied(1.0) };
+        let output = Output::new(to, Write::Multiplied(1.0)).at(CORNER);
         let light = |c: f32| ((c + 0.055) / 1.055).powf(2.4);
         let stored = |l: f32| if l <= 0.0031308 { 12.92 * l } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
         let first = 128.0 / 255.0;
@@ -302,6 +302,20 @@ fn colours_in_srgb_are_multiplied_as_light_where_the_application_lets_them() {
     });
 }
 
+/// Makes a texture of the view's size with this internal format and format.
+fn uninitialised(gl: &glow::Context, internal: u32, format: u32) -> TextureRef {
+    let (kind, width, height) = (glow::TEXTURE_2D, SIZE.0 as i32, SIZE.1 as i32);
+    // SAFETY: the context is current, and nothing is uploaded.
+    unsafe {
+        let texture = gl.create_texture().unwrap();
+        gl.bind_texture(kind, Some(texture));
+        let (nothing, number) = (glow::PixelUnpackData::Slice(None), glow::UNSIGNED_INT);
+        gl.tex_image_2d(kind, 0, internal as i32, width, height, 0, format, number, nothing);
+        assert_eq!(gl.get_error(), glow::NO_ERROR);
+        TextureRef { texture, target: TextureTarget::Texture2d }
+    }
+}
+
 #[test]
 fn what_cannot_be_written_is_refused_in_words() {
     let mut scene = Scene::new(&settings());
@@ -310,26 +324,48 @@ fn what_cannot_be_written_is_refused_in_words() {
     let (first, small) = (image(OUTER), image((SIZE.0 - 1, SIZE.1)));
     let several = framebuffer(&gl, &[first, image(OUTER)]);
     let none = framebuffer(&gl, &[]);
+    let fitting = image(SIZE);
+    let shared = framebuffer(&gl, &[fitting]);
+    let whole = uninitialised(&gl, glow::RGBA8UI, glow::RGBA_INTEGER);
+    let red = uninitialised(&gl, glow::R8, glow::RED);
+    let depth = uninitialised(&gl, glow::DEPTH_COMPONENT24, glow::DEPTH_COMPONENT);
+    let own = scene.ao.render(&scene.textures.inputs).unwrap();
+    let scene_inputs = scene.textures.inputs;
     let mut refused = |to, corner, write, words: &[&str]| {
-        let error = scene.ao.render_into(&scene.textures.inputs, &Output { to, corner, write }).unwrap_err();
+        let error = scene.ao.render_into(&scene.textures.inputs, &Output::new(to, write).at(corner)).unwrap_err();
         let message = error.to_string();
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
         assert!(!message.contains('\n'));
         // The next call works.
-        let output = Output { to: Destination::Texture(first), corner: CORNER, write: Write::Visibility };
+        let output = Output::new(Destination::Texture(first), Write::Visibility).at(CORNER);
         scene.ao.render_into(&scene.textures.inputs, &output).unwrap();
     };
     let texture = Destination::Texture;
     refused(texture(small), (0, 0), Write::Visibility, &["output", "22x17"]);
     refused(texture(first), (20, 0), Write::Visibility, &["reaches past", "output"]);
-    refused(texture(first), (u32::MAX, 0), Write::Visibility, &["reaches past"]);
+    for to in [texture(first), Destination::Framebuffer(None)] {
+        refused(to, (u32::MAX, 0), Write::Visibility, &["corner", "past every image"]);
+        refused(to, (0, 1 << 31), Write::Visibility, &["corner", "past every image"]);
+    }
     let rectangle = TextureRef { target: TextureTarget::Rectangle, ..first };
     refused(texture(rectangle), (0, 0), Write::Visibility, &["output", "declared kind"]);
     refused(Destination::Framebuffer(Some(several)), (0, 0), Write::Visibility, &["draw buffer", "2", "glDrawBuffers"]);
     refused(Destination::Framebuffer(Some(none)), (0, 0), Write::Visibility, &["output", "no attachment"]);
+    for input in [scene_inputs.depth, scene_inputs.normals.unwrap()] {
+        refused(texture(input), (0, 0), Write::Visibility, &["output", "one of the inputs"]);
+    }
     for share in [-0.1, 1.5, f32::NAN] {
         refused(texture(first), (0, 0), Write::Multiplied(share), &["share", "0 to 1"]);
     }
     refused(texture(first), CORNER, Write::MultipliedByShare(first), &["shares", "written to"]);
     refused(texture(first), CORNER, Write::MultipliedByShare(small), &["shares", "22x17"]);
+    for to in [whole, depth] {
+        refused(texture(to), (0, 0), Write::Visibility, &["output", "format", "R8"]);
+    }
+    for shares in [whole, depth, red] {
+        refused(texture(first), CORNER, Write::MultipliedByShare(shares), &["shares", "alpha"]);
+    }
+    refused(texture(own), (0, 0), Write::Visibility, &["output", "own"]);
+    let of_shared = Write::MultipliedByShare(fitting);
+    refused(Destination::Framebuffer(Some(shared)), (0, 0), of_shared, &["shares", "written to"]);
 }

@@ -10,7 +10,7 @@ use hbao::measure::Reach;
 use hbao::reference::{self, truth::Truth};
 use hbao::scene::{Extents, Projection};
 use hbao::settings::{Exit, Length, Method, Radius};
-use hbao::{AmbientOcclusion, Settings};
+use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget};
 
 const SHARE: f64 = 0.15;
 
@@ -30,7 +30,7 @@ fn it_is_the_default_and_the_default_renders_without_a_scene() {
     let view = rubble(size, perspective(60.0, size), 3, 1.0..2.0);
     for method in rig::methods() {
         let mut ao = AmbientOcclusion::new(context.gl().clone(), size, &Settings::for_method(method)).unwrap();
-        let textures = Textures::new(context.gl(), &view, hbao::TextureTarget::Rectangle, hbao::NormalEncoding::Signed);
+        let textures = Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed);
         assert!(textures.visibility(&mut ao, &view).texels.iter().any(|&a| a < 0.9), "{}", method.name());
     }
 }
@@ -59,34 +59,72 @@ fn every_method_and_its_blur_match_their_twins() {
     for projection in [perspective(70.0, SIZE), OFF_CENTRE, Projection::orthographic(5.0, 1.3)] {
         // Depths that differ by far, so that an R of the wrong depth would be noticed.
         let view = rubble(SIZE, projection, 11, 2.0..40.0);
+        let textures = Textures::new(context.gl(), &view, TextureTarget::Rectangle, NormalEncoding::Signed);
         for method in rig::methods() {
             for half_res in [false, true] {
                 let settings = of_view(Settings { half_res, exit: Exit::Shorten, ..rig::raw(method, 1.0) });
                 let text = format!("{} {half_res} {projection:?}", method.name());
                 let tile = hbao::rotation_tile(&settings);
                 let inputs = view.twin_inputs(&tile);
-                let raw = reference::visibility(&inputs, &settings).unwrap();
-                let unsure = reference::ambiguous(&inputs, &settings).unwrap();
-                let clear = unsure.texels.iter().filter(|&&unsure| !unsure).count();
-                assert!(clear * 10 > unsure.texels.len() * 8, "{text}: too many are ambiguous");
-                if !half_res {
-                    let got = view.by_shader(context.gl(), &settings);
-                    hold("raw", &got, &raw, &unsure.map(|unsure| !unsure), everywhere(1e-3), &text);
-                }
-                blurred(&context, &view, &Settings { blur: 5, ..settings }, &raw, &text);
+                let expected = reference::visibility(&inputs, &settings).unwrap();
+                let clear = reference::ambiguous(&inputs, &settings).unwrap().map(|unsure| !unsure);
+                let count = clear.texels.iter().filter(|&&clear| clear).count();
+                assert!(count * 10 > clear.texels.len() * 8, "{text}: too many are ambiguous");
+                let mut ao = AmbientOcclusion::new(context.gl().clone(), SIZE, &settings).unwrap();
+                ao.render(&textures.inputs).unwrap();
+                let raw = ao.image().unwrap();
+                hold("raw", &raw, &expected, &clear, everywhere(1e-3), &text);
+                // The blur of the shader's own visibility.
+                let blurs = Settings { blur: 5, ..settings };
+                ao.set(&blurs).unwrap();
+                ao.render(&textures.inputs).unwrap();
+                let raw = raw.map(f64::from);
+                let expected = reference::blur::blur(&raw, &view.depth, &[], projection, &blurs).unwrap();
+                let unsure = reference::blur::ambiguous(&raw, &view.depth, &[], projection, &blurs).unwrap();
+                let clear = unsure.map(|unsure| !unsure);
+                hold("blurred", &ao.image().unwrap(), &expected, &clear, everywhere(1e-3), &text);
             }
         }
     }
 }
 
-/// Compares the blur alone: of visibility that is made by the twin wherever the method's own pass agrees with it.
-fn blurred(context: &Context, view: &ByHand, settings: &Settings, raw: &Image<f64>, text: &str) {
-    let got = view.by_shader(context.gl(), settings);
-    let expected = reference::blur::blur(raw, &view.depth, &[], view.projection, settings).unwrap();
-    let differ = (0..got.texels.len()).filter(|&i| (f64::from(got.texels[i]) - expected.texels[i]).abs() > 2e-3);
-    let differ = differ.count();
-    // The blur spreads a pixel at which rounding decides over its neighbours.
-    assert!(differ * 4 < got.texels.len(), "{text}: {differ} pixels differ after the blur");
+/// A share so small that its inverse is beyond float32.
+#[test]
+fn a_tiny_share_leaves_every_pixel_a_number() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let view = rubble(SIZE, perspective(70.0, SIZE), 11, 0.1..0.5);
+    for method in rig::methods() {
+        for share in [1e-30, 1e-37, 1e-38, 1e-40, 1e-300] {
+            let radius = Radius::OfView(share);
+            let settings = Settings { radius, exit: Exit::Shorten, blur: 5, ..rig::raw(method, 1.0) };
+            let got = view.by_shader(context.gl(), &settings);
+            assert!(got.texels.iter().all(|a| (0.0..=1.0).contains(a)), "{} {share}", method.name());
+        }
+    }
+}
+
+/// Where R is exactly as many texels as the steps need, rounding may not decide for the whole picture.
+#[test]
+fn shader_twin_and_library_agree_where_the_steps_are_one_texel_long() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let size = (60, 180);
+    for degrees in [30.0, 50.0, 60.0, 75.0, 90.0, 110.0] {
+        for projection in [perspective(degrees, size), Projection::orthographic(degrees / 13.0, 60.0 / 180.0)] {
+            let view = rubble(size, projection, 11, 2.0..4.0);
+            for height_share in [0.05, 0.04999] {
+                let radius = Radius::OfView(height_share);
+                let settings = Settings { radius, ..rig::raw(Method::Hbao, 1.0) };
+                let open = |image: &Image<f64>| image.texels.iter().all(|&a| a == 1.0);
+                let exits = height_share < 0.05;
+                let text = format!("{degrees} {projection:?} {height_share}");
+                for (name, image) in view.by_both(context.gl(), &settings) {
+                    assert_eq!(open(&image), exits, "{name} {text}");
+                }
+                let depth = settings.exit_depth(projection, size).unwrap();
+                assert_eq!(depth, if exits { 0.0 } else { f64::INFINITY }, "{text}");
+            }
+        }
+    }
 }
 
 /// Where all depths are the same, it is the same as a length in scene units.
@@ -118,19 +156,17 @@ fn at_one_depth_it_equals_a_length() {
 #[test]
 fn a_method_exits_everywhere_or_nowhere_and_the_guard_band_is_the_same_at_every_depth() {
     let view = rubble(SIZE, OFF_CENTRE, 9, 2.0..40.0);
-    // R covers 24 texels of 160 in y; in x, where a texel is wider, fewer.
     let texels = SHARE * f64::from(SIZE.1);
-    let narrow = (1.2 / f64::from(SIZE.1)) / (1.7 / f64::from(SIZE.0));
-    for (steps, exits) in [((texels * narrow) as u32 - 2, false), ((texels * narrow.min(1.0)) as u32 + 2, true)] {
+    // A texel may be wider than high, or higher than wide.
+    let wide = (1.7 / f64::from(SIZE.0)) / (1.2 / f64::from(SIZE.1));
+    let least = texels * (1.0 / wide).min(1.0);
+    for (steps, exits) in [(least as u32 - 2, false), (least as u32 + 2, true)] {
         let settings = of_view(Settings { steps, ..rig::raw(Method::Hbao, 1.0) });
         let depth = settings.exit_depth(OFF_CENTRE, SIZE).unwrap();
-        if narrow < 1.0 || exits {
-            assert_eq!(depth, if exits { 0.0 } else { f64::INFINITY }, "{steps} steps, {narrow}");
-            let open = view.by_twin(&settings).texels.iter().all(|&a| a == 1.0);
-            assert_eq!(open, exits);
-            let reach = Reach::of(&view.depth, OFF_CENTRE, &settings).unwrap();
-            assert_eq!(reach.exits, if exits { 1.0 } else { 0.0 });
-        }
+        assert_eq!(depth, if exits { 0.0 } else { f64::INFINITY }, "{steps} steps of {least}");
+        assert_eq!(view.by_twin(&settings).texels.iter().all(|&a| a == 1.0), exits);
+        let reach = Reach::of(&view.depth, OFF_CENTRE, &settings).unwrap();
+        assert_eq!(reach.exits, if exits { 1.0 } else { 0.0 });
     }
     let settings = of_view(rig::raw(Method::Hbao, 1.0));
     let [near, far] = [0.1, 1e6].map(|z| settings.guard_band(OFF_CENTRE, SIZE, z).unwrap());
@@ -174,7 +210,20 @@ fn it_is_written_and_read_as_a_percentage_of_the_view() {
         read.read_toml(&written).unwrap();
         assert_eq!(read, settings);
     }
-    for wrong in ["0%view", "-1%view", "%view", "5view", "nan%view", "inf%view"] {
+    // Every share is written so that the same number is read.
+    for share in [1.0 / 3.0, 0.123_456_789_012_345_6, 1e-13, 1e-300, 7e5] {
+        let settings = Settings { radius: Radius::OfView(share), ..Settings::default() };
+        settings.validate().unwrap();
+        let mut read = Settings::default();
+        read.read_toml(&settings.to_toml()).unwrap();
+        assert_eq!(read.radius, settings.radius);
+    }
+    for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let settings = Settings { radius: Radius::OfView(wrong), ..Settings::default() };
+        let message = settings.validate().unwrap_err().to_string();
+        assert!(message.contains("OfView") && message.contains("above 0"), "{message}");
+    }
+    for wrong in ["0%view", "-1%view", "%view", "-5view", "nan%view", "inf%view"] {
         let message = knob.set(&mut settings, wrong).unwrap_err().to_string();
         assert!(message.contains("5%view"), "{message}");
     }

@@ -4,17 +4,20 @@
 //! `HBAO_REQUIRE_TOOLS=1` is set, as it is in continuous integration. They check the text that the library gives to the
 //! driver, which Mesa writes into the directory named by `MESA_SHADER_DUMP_PATH`.
 
+use crate::output::{KINDS, texture};
 use crate::rig;
 use crate::rig::by_hand::{ByHand, Textures, orthographic, perspective};
 use crate::rig::process::in_own_process;
 use crate::rig::stored::{Depths, Stored};
 use crate::rig::{every_switch, scenes};
+use glow::HasContext as _;
 use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{Method, Radius};
 use hbao::{
-    AmbientOcclusion, Apply, DepthEncoding, Hand, Inputs, NormalEncoding, NormalSpace, TextureTarget, Viewport,
+    AmbientOcclusion, Apply, DepthEncoding, Destination, Hand, Inputs, NormalEncoding, NormalSpace, Output,
+    TextureTarget, Viewport, Write,
 };
 use std::ffi::OsStr;
 use std::io::Write as _;
@@ -117,6 +120,19 @@ fn compile_for_inputs(gl: &std::sync::Arc<glow::Context>, view: &ByHand, ao: &mu
         let inputs = Inputs { normal_encoding, normal_space: NormalSpace::Eye(Hand::Right), viewport, ..whole };
         ao.render(&inputs).unwrap();
         ao.diagnose(&inputs).unwrap();
+    }
+    compile_for_outputs(gl, &textures, ao);
+}
+
+/// Compiles the pass that writes to an application's images, for shares of ambient light in every kind of texture.
+fn compile_for_outputs(gl: &std::sync::Arc<glow::Context>, textures: &Textures, ao: &mut AmbientOcclusion) {
+    let image = |target| texture(gl, target, (3, 2), |_, _| [1.0; 4]);
+    // SAFETY: the context is current.
+    let samples = unsafe { gl.get_parameter_i32(glow::MAX_COLOR_TEXTURE_SAMPLES) };
+    let kinds = KINDS.into_iter().filter(|kind| samples >= 4 || !matches!(kind, TextureTarget::Multisample(_)));
+    for write in kinds.map(|kind| Write::MultipliedByShare(image(kind))).chain([Write::Visibility]) {
+        let to = Destination::Texture(image(TextureTarget::Rectangle));
+        ao.render_into(&textures.inputs, &Output::new(to, write)).unwrap();
     }
 }
 

@@ -177,6 +177,7 @@ fn hold_state(settings: &Settings) {
             let context = Context::open(backend).unwrap();
             let gl = context.gl();
             let textures = Textures::new(gl, &view, target, NormalEncoding::Signed);
+            let others = Textures::new(gl, &view, target, NormalEncoding::Signed);
             let (reporter, before) = unusual_state(&context);
             let mut ao = AmbientOcclusion::new(gl.clone(), view.size(), settings).unwrap();
             assert_same(&before, &reporter.state(), "new");
@@ -188,9 +189,11 @@ fn hold_state(settings: &Settings) {
             let got = read_red_undisturbed(gl, visibility, view.depth.texels.len());
             assert_eq!(got, expected.texels, "{}, {target:?}", backend.name());
             assert_same(&before, &reporter.state(), "reading");
-            for write in [Write::Visibility, Write::Multiplied(0.5), Write::MultipliedByShare(textures.inputs.depth)] {
-                let to = Destination::Texture(textures.inputs.normals.unwrap());
-                ao.render_into(&textures.inputs, &Output { to, corner: (0, 0), write }).unwrap();
+            for write in
+                [Write::Visibility, Write::Multiplied(0.5), Write::MultipliedByShare(textures.inputs.normals.unwrap())]
+            {
+                let to = Destination::Texture(others.inputs.normals.unwrap());
+                ao.render_into(&textures.inputs, &Output::new(to, write)).unwrap();
                 assert_same(&before, &reporter.state(), "writing to an image");
             }
             let other = Settings { half_res: !settings.half_res, jitter: Jitter::None, ..settings.clone() };

@@ -83,7 +83,8 @@ fn each_pass_is_a_debug_group_of_its_own_name() {
     let groups = GROUPS.take();
     assert_eq!(groups, ["background", "end", "ao", "end", "blur_x", "end", "blur_y", "end"]);
     // A pass that fails ends its group, too.
-    let wrong = hbao::Output { write: hbao::Write::Multiplied(2.0), ..hbao::Output::multiplied(None) };
+    let window = hbao::Destination::Framebuffer(None);
+    let wrong = hbao::Output::new(window, hbao::Write::Multiplied(2.0));
     ao.render_into(&textures.inputs, &wrong).unwrap_err();
     assert_eq!(GROUPS.take()[8..], ["apply", "end"]);
     // SAFETY: null is no function.

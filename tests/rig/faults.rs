@@ -167,6 +167,9 @@ entry_points! {
     glBindSampler(unit: u32, sampler: u32);
     glBindTexture(target: u32, texture: u32);
     glBindVertexArray(vertices: u32);
+    glBlendEquation(mode: u32);
+    glBlendEquationSeparate(rgb: u32, alpha: u32);
+    glBlendFuncSeparate(src_rgb: u32, dst_rgb: u32, src_alpha: u32, dst_alpha: u32);
     glBufferData(target: u32, size: isize, data: usize, usage: u32);
     glClearBufferfv(buffer: u32, number: i32, value: usize);
     glClearBufferiv(buffer: u32, number: i32, value: usize);
@@ -184,6 +187,7 @@ entry_points! {
     glEnablei(switch: u32, number: u32);
     glEnableVertexAttribArray(number: u32);
     glEndQuery(target: u32);
+    glFramebufferTexture(target: u32, attachment: u32, texture: u32, level: i32);
     glFramebufferRenderbuffer(target: u32, attachment: u32, kind: u32, renderbuffer: u32);
     glFramebufferTexture2D(target: u32, attachment: u32, kind: u32, texture: u32, level: i32);
     glGetAttribLocation(program: u32, name: usize) -> i32 => -1;

@@ -73,9 +73,15 @@ fn in_words(finding: &Finding, inputs: &Inputs) -> Option<String> {
         Finding::NormalsZero(count) => {
             format!("NORMALS are 0 at {count} pixels that hold a surface: check --normals-channels and --background")
         }
-        Finding::NormalsDisagree(cosine) => format!(
-            "NORMALS do not fit the surfaces of DEPTH, the mean cosine between them is {cosine:.2}: check --normals-are, \
-             --depth-is and the camera"
+        Finding::NormalsTurned(angle) => format!(
+            "NORMALS fit DEPTH if they are turned by {:.0} degrees: if they are in world space, give --normals-are world and \
+             --view-matrix",
+            angle.to_degrees()
+        ),
+        Finding::NormalsDisagree(share) => format!(
+            "NORMALS do not fit the surfaces of DEPTH, at {:.0} % of the pixels they are far apart: check --normals-are, \
+             --depth-is and the camera",
+            share * 100.0
         ),
         other => other.to_string(),
     })

@@ -5,7 +5,10 @@ use crate::measure::times::{is_ao, sum};
 use crate::measure::{Shot, median};
 use crate::scene::{Mesh, View};
 use crate::settings::{Method, Radius, Settings};
-use crate::{AmbientOcclusion, BACKGROUND_R32F, DepthEncoding, Error, InputTextures, Inputs, Timers};
+use crate::{
+    AmbientOcclusion, BACKGROUND_R32F, DepthEncoding, DepthSamples, Error, InputTextures, Inputs, TextureRef,
+    TextureTarget, Timers,
+};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -20,8 +23,8 @@ const FRAMES: usize = 100;
 pub struct Change {
     /// The setting that changes in every frame.
     pub setting: &'static str,
-    /// The milliseconds that it adds to a frame, by the system's clock: the mean over 100 frames, less that of 100 frames
-    /// without a change; one for each run. It may be below 0 by the noise of the clock.
+    /// The milliseconds that it adds to a frame, by the system's clock: the mean over 100 frames, less that of 100
+    /// frames without a change; one for each run. It may be below 0 by the noise of the clock.
     pub added_ms: Vec<f64>,
 }
 
@@ -55,7 +58,7 @@ pub fn changes(
         "bias" => Settings { bias: 0.1 * factor(frame), ..base.clone() },
         "blur-depth-sigma" => Settings { blur_depth_sigma: Some(length * factor(frame)), ..base.clone() },
         "steps, kept" => Settings { steps: 4 + (frame % 2) as u32, ..base.clone() },
-        // More values than are kept, so that each is compiled again when its turn comes.
+        // Few frames are rendered, so that hardly any value comes back.
         _ => Settings { steps: 1 + (frame % 100) as u32, ..base.clone() },
     };
     let mut frame = 0;
@@ -89,8 +92,8 @@ pub fn changes(
         .collect()
 }
 
-/// What one form of inputs costs, in milliseconds by the driver's timer, one for each run; 0 for a pass that is not
-/// needed.
+/// What one form of inputs costs, in milliseconds, one for each run; 0 for a pass that is not needed. As in
+/// [`super::Measurement`], the driver's timer measures, or the clock if there is none.
 #[derive(Clone, Debug)]
 pub struct InputCost {
     /// The form of the inputs.
@@ -103,8 +106,9 @@ pub struct InputCost {
     pub ao_ms: Vec<f64>,
 }
 
-/// Measures the passes that bring inputs to the form that the AO pass reads: encoded depth, and missing normals, at this
-/// size and for `hbao`.
+/// Measures the passes that bring inputs to the form that the AO pass reads: encoded and multisample depth, and missing
+/// normals, at this size and for `hbao`, in interleaved rounds. The values of depth buffers are in R32F textures, like
+/// copies of depth buffers.
 ///
 /// # Errors
 /// The same as for [`changes`].
@@ -116,53 +120,63 @@ pub fn input_costs(
     progress: impl Fn(),
 ) -> Result<Vec<InputCost>, Error> {
     let camera = view.camera(mesh, size.0, size.1)?.0;
-    let settings = Settings {
-        radius: base.radius,
-        directions: base.directions,
-        steps: base.steps,
-        msaa: 1,
-        blur: 0,
-        ..Settings::for_method(Method::Hbao)
-    };
+    let &Settings { radius, directions, steps, .. } = base;
+    let settings = Settings { radius, directions, steps, msaa: 1, blur: 0, ..Settings::for_method(Method::Hbao) };
+    let shot = Shot { mesh, camera: &camera, size };
     let mut gbuffers = GBuffers::new(gl);
-    let gbuffer = gbuffers.of(Shot { mesh, camera: &camera, size }, &settings)?;
+    let gbuffer = gbuffers.of(shot, &settings)?;
     let (depth, normals) = (gbuffer.depth()?, gbuffer.normals()?);
     let (near, far) = (camera.near, camera.far);
     // d of a depth buffer; background is at the far end.
     let stored =
         |d: &dyn Fn(f64) -> f64, end: f32| depth.map(|z| if z.is_finite() { d(f64::from(z)) as f32 } else { end });
-    let standard = stored(&|z| (1.0 / near - 1.0 / z) / (1.0 / near - 1.0 / far), 1.0);
-    let reversed = stored(&|z| near / z, 0.0);
-    let logarithmic = stored(&|z| (z + 1.0).ln() / (far + 1.0).ln(), 1.0);
     let linear = depth.map(|z| z.min(BACKGROUND_R32F));
-    let perspective = camera.projection.is_perspective();
-    let forms = [
-        ("linear depth and normals", &linear, DepthEncoding::Linear, true),
-        ("linear depth alone", &linear, DepthEncoding::Linear, false),
-        ("hardware depth", &standard, DepthEncoding::standard(near, far), true),
-        ("reversed, far at infinity", &reversed, DepthEncoding::reversed(near, f64::INFINITY), true),
-        ("logarithmic depth", &logarithmic, DepthEncoding::Logarithmic { c: 1.0, far }, true),
+    let mut forms = vec![
+        ("linear depth and normals", linear.clone(), DepthEncoding::Linear, true),
+        ("linear depth alone", linear, DepthEncoding::Linear, false),
     ];
-    let mut timers = Timers::new(gl, true)?;
-    let mut all = Vec::new();
-    // The formulas of hardware depth above are those of a perspective.
-    for (name, image, depth_encoding, given) in forms.into_iter().filter(|form| perspective || form.1 == &linear) {
-        let textures = InputTextures::new(gl, image, given.then_some(&normals))?;
-        let inputs = Inputs { depth_encoding, ..textures.inputs(camera.projection) };
+    // These formulas are those of a perspective.
+    if camera.projection.is_perspective() {
+        let standard = stored(&|z| (1.0 / near - 1.0 / z) / (1.0 / near - 1.0 / far), 1.0);
+        let reversed = stored(&|z| near / z, 0.0);
+        let logarithmic = stored(&|z| (z + 1.0).ln() / (far + 1.0).ln(), 1.0);
+        forms.extend([
+            ("hardware depth", standard, DepthEncoding::standard(near, far), true),
+            ("reversed, far at infinity", reversed, DepthEncoding::reversed(near, f64::INFINITY), true),
+            ("logarithmic depth", logarithmic, DepthEncoding::Logarithmic { c: 1.0, far }, true),
+        ]);
+    }
+    let mut textures = Vec::new();
+    let mut all: Vec<(InputCost, Inputs)> = Vec::new();
+    let cost = |inputs| InputCost { inputs, linear_depth_ms: vec![], rebuilt_normals_ms: vec![], ao_ms: vec![] };
+    for (name, image, depth_encoding, given) in forms {
+        let uploaded = InputTextures::new(gl, &image, given.then_some(&normals))?;
+        all.push((cost(name), Inputs { depth_encoding, ..uploaded.inputs(camera.projection) }));
+        textures.push(uploaded);
+    }
+    let multisample = gbuffers.inputs(shot, &Settings { msaa: 4, ..settings.clone() })?;
+    if let Some(DepthSamples { texture, samples }) = multisample.samples {
+        let depth = TextureRef { texture, target: TextureTarget::Multisample(samples) };
+        all.push((cost("multisample linear depth"), Inputs { depth, samples: None, ..multisample }));
+    }
+    let mut passes = Vec::new();
+    for (_, inputs) in &all {
         let mut ao = AmbientOcclusion::new(gl.clone(), size, &settings)?;
-        ao.prepare(&inputs)?;
-        let mut cost = InputCost { inputs: name, linear_depth_ms: vec![], rebuilt_normals_ms: vec![], ao_ms: vec![] };
-        for _ in 0..runs {
-            ao.render_timed(&inputs, &mut timers)?;
+        ao.prepare(inputs)?;
+        passes.push(ao);
+    }
+    let mut timers = Timers::new(gl, true)?;
+    for _ in 0..runs {
+        for ((cost, inputs), ao) in all.iter_mut().zip(&mut passes) {
+            ao.render_timed(inputs, &mut timers)?;
             let times = timers.take();
             cost.linear_depth_ms.push(sum(&times, |pass| pass == "linear_depth"));
             cost.rebuilt_normals_ms.push(sum(&times, |pass| pass == "rebuilt_normals"));
             cost.ao_ms.push(sum(&times, is_ao));
-            progress();
         }
-        all.push(cost);
+        progress();
     }
-    Ok(all)
+    Ok(all.into_iter().map(|(cost, _)| cost).collect())
 }
 
 impl InputCost {

@@ -1,5 +1,5 @@
 //! Measures what each part of a frame costs, in interleaved rounds over the cases of the papers of 2008 and of the
-//! scaling series.
+//! scaling series; and what an application pays that embeds the library.
 #![doc = include_str!("../tables_of_2008.md")]
 
 mod cases;

@@ -102,10 +102,22 @@ fn normals_that_are_wrong_are_found_and_named() {
         let world =
             engine.with_normals(gl, |n| (turn.transpose() * DVec3::from(n.map(f64::from))).as_vec3().to_array());
         let found = world.found(gl, &world.textures.inputs);
-        // On few surfaces another change may happen to fit as well.
-        let few = shot.name == "box-on-a-floor" || shot.name == "ball";
-        let disagree = matches!(found[..], [Finding::NormalsDisagree(cosine)] if cosine < 0.7);
-        assert!(disagree || few && found.len() == 1, "{}: {found:?}", shot.name);
+        // On few surfaces another change may happen to fit as well, or another turn.
+        let few = shot.name == "box-on-a-floor" || shot.name == "ball" || !engine.view.projection.is_perspective();
+        let turned = matches!(found[..], [Finding::NormalsTurned(angle)] if (angle - 2.1).abs() < 0.05);
+        assert!(turned || few && found.len() == 1, "{}: {found:?}", shot.name);
+        // A camera that looks a little aside is enough.
+        let little = DMat3::from_axis_angle(DVec3::new(0.4, 0.9, 0.1).normalize(), 0.2);
+        let aside =
+            engine.with_normals(gl, |n| (little.transpose() * DVec3::from(n.map(f64::from))).as_vec3().to_array());
+        let found = aside.found(gl, &aside.textures.inputs);
+        let turned = matches!(found[..], [Finding::NormalsTurned(angle)] if (angle - 0.2).abs() < 0.05);
+        assert!(turned || few && found.len() == 1, "{}: {found:?}", shot.name);
+        // Normals at random fit nothing.
+        let draw = std::cell::RefCell::new(rig::random::Draw::new(7));
+        let random = engine.with_normals(gl, |_| [0; 3].map(|_| draw.borrow_mut().signed() as f32));
+        let found = random.found(gl, &random.textures.inputs);
+        assert!(matches!(found[..], [Finding::NormalsDisagree(share)] if share > 0.8), "{}: {found:?}", shot.name);
         let space = |turn: DMat3| NormalSpace::World { view: turn.to_cols_array().map(|c| c as f32), eye: Hand::Left };
         let inputs = |turn| Inputs { normal_space: space(turn), ..world.textures.inputs };
         assert_eq!(world.found(gl, &inputs(turn)), [], "{}", shot.name);
