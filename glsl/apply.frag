@@ -1,8 +1,8 @@
 // Writes visibility A to an image of the caller. Blending may multiply what is there by it; then only the ambient share
 // s of the colour is darkened: the factor is 1 - s (1 - A).
 //
-// Compiled in: one of SHARE_IMAGE, SHARE_RECTANGLE, SHARE_LAYER and SHARE_MULTISAMPLE, if s is in the alpha channel of a
-// texture; otherwise s is one number.
+// Compiled in: one of SHARE_IMAGE, SHARE_RECTANGLE, SHARE_LAYER and SHARE_MULTISAMPLE, if s is in the alpha channel of
+// a texture; otherwise s is one number.
 uniform sampler2DRect ao_image;
 uniform vec2 corner;     // the window position of the view's lower left corner
 uniform float ao_texels; // texels of ao_image per pixel, along a row: 1, or 1/2 if ao_image has half the size

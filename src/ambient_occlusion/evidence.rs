@@ -115,9 +115,9 @@ impl Misfit {
         Some(Misfit { mean: share(all.iter().sum()), median: all[all.len() / 2], apart: share(apart as f64) })
     }
 
-    /// Returns whether a change, after which the misfit is `changed`, explains this misfit: normals did not fit, and now
-    /// they do. A mistake that moves few normals by far shows in the mean, such as the other hand where most surfaces
-    /// are seen edge-on; one that moves all normals by little shows in the median, such as a small turn.
+    /// Returns whether a change, after which the misfit is `changed`, explains this misfit: normals did not fit, and
+    /// now they do. A mistake that moves few normals by far shows in the mean, such as the other hand where most
+    /// surfaces are seen edge-on; one that moves all normals by little shows in the median, such as a small turn.
     pub(super) fn is_explained_by(self, changed: Misfit) -> bool {
         let few = changed.mean < self.mean - 0.05 && changed.mean < 0.5 * self.mean;
         let little = self.median > 0.05 && changed.median < 0.25 * self.median;
@@ -144,8 +144,8 @@ pub(super) fn turned(seen: &Evidence, normals: &[[f64; 3]]) -> (Vec<[f64; 3]>, f
         [s[2][0] - s[0][2], s[0][1] + s[1][0], s[1][1] - s[0][0] - s[2][2], s[1][2] + s[2][1]],
         [s[0][1] - s[1][0], s[2][0] + s[0][2], s[1][2] + s[2][1], s[2][2] - s[0][0] - s[1][1]],
     ];
-    // Power iteration finds the eigenvector of the greatest eigenvalue once all are above 0. Two near eigenvalues, as of
-    // a single wall, leave a mixture, which fits as well as either.
+    // Power iteration finds the eigenvector of the greatest eigenvalue once all are above 0. Two near eigenvalues, as
+    // of a single wall, leave a mixture, which fits as well as either.
     let shift = n.iter().flatten().map(|c: &f64| c.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
     let mut q = [1.0, 0.1, 0.07, 0.03];
     for _ in 0..500 {

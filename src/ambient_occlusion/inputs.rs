@@ -93,8 +93,8 @@ impl Inputs {
     /// OpenGL 3.3 has depth from -1 to 1 in clip space. An application that has called `glClipControl` sets
     /// [`Inputs::depth_encoding`] besides. A perspective matrix tells the hand of eye space; with an orthographic one
     /// it is taken to be right-handed, as in OpenGL's tradition. The matrix of a tile does not tell the height of the
-    /// whole picture, which [`Radius::OfView`](crate::settings::Radius::OfView) needs: set [`Inputs::projection`] to the
-    /// [`Projection::part`] of the whole one.
+    /// whole picture, which [`Radius::OfView`](crate::settings::Radius::OfView) needs: set [`Inputs::projection`] to
+    /// the [`Projection::part`] of the whole one.
     ///
     /// # Errors
     /// [`Error::Usage`] for a matrix that is no projection: see [`ProjectionMatrix::read`].

@@ -42,8 +42,8 @@ const PENDING: &str = "an error left by the application before ambient occlusion
 /// All OpenGL state that a call changes is restored, after an error too: the enabled capabilities; the masks, blending,
 /// stencil and polygon mode; the viewport; the bound program, vertex array, framebuffers and renderbuffer; texture
 /// units 0 to 3 with their samplers; and the parameters of pixel unpacking. OpenGL 3.3 core is enough, and no extension
-/// is needed. Of later versions, [`AmbientOcclusion::render_into`] also restores the blend functions that OpenGL 4.0 keeps
-/// for each draw buffer; no other state that exists only in later versions is changed.
+/// is needed. Of later versions, [`AmbientOcclusion::render_into`] also restores the blend functions that OpenGL 4.0
+/// keeps for each draw buffer; no other state that exists only in later versions is changed.
 ///
 /// An application may have activated the following features, which OpenGL 3.3 can neither pause nor detect:
 ///
@@ -79,8 +79,8 @@ impl AmbientOcclusion {
     ///
     /// # Errors
     /// [`Error::Usage`] for a setting out of range, a radius in percent, or a size that the driver cannot render.
-    /// [`Error::Context`] for a context of OpenGL ES, or of a version before 3.3. [`Error::Gl`] if the driver refuses an
-    /// allocation, if transform feedback is active, or if an OpenGL error is pending.
+    /// [`Error::Context`] for a context of OpenGL ES, or of a version before 3.3. [`Error::Gl`] if the driver refuses
+    /// an allocation, if transform feedback is active, or if an OpenGL error is pending.
     pub fn new(gl: Arc<glow::Context>, size: (u32, u32), settings: &Settings) -> Result<AmbientOcclusion, Error> {
         AmbientOcclusion::build(gl, size, settings, Purpose::Visibility)
     }

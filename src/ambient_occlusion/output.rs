@@ -63,8 +63,8 @@ pub enum Write {
     /// Visibility A, in red, green and blue; alpha becomes 1.
     Visibility,
     /// The colour that is there, times 1 - s (1 - A). The share s of ambient light in the colour is from 0 to 1; with 1
-    /// the whole colour is multiplied by A. Alpha is kept. If the application has enabled `GL_FRAMEBUFFER_SRGB`, colours
-    /// in sRGB formats are multiplied as linear light.
+    /// the whole colour is multiplied by A. Alpha is kept. If the application has enabled `GL_FRAMEBUFFER_SRGB`,
+    /// colours in sRGB formats are multiplied as linear light.
     Multiplied(f32),
     /// The same, with a share s for each pixel, in the alpha channel of a texture: the ambient light's share of the
     /// light that reaches the pixel. An application that has the two apart gets the exact colour if it multiplies the

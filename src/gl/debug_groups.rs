@@ -3,8 +3,8 @@
 use glow::HasContext;
 use std::ffi::{CStr, c_char, c_void};
 
-/// `glPushDebugGroup` and `glPopDebugGroup`, which OpenGL has since version 4.3, and earlier versions with the extension
-/// `GL_KHR_debug`.
+/// `glPushDebugGroup` and `glPopDebugGroup`, which OpenGL has since version 4.3, and earlier versions with the
+/// extension `GL_KHR_debug`.
 ///
 /// They are called at their own addresses, and not through glow. A loader may lack them although the driver has the
 /// extension, and glow, which goes by the extension, then panics.

@@ -269,8 +269,8 @@ impl Multiplying {
 impl Drop for Multiplying {
     fn drop(&mut self) {
         let gl = &self.gl;
-        // SAFETY: the context is current by the contract of `gl`; every value was read from it. Draw buffers differ only
-        // if the application has called the functions that set one of them.
+        // SAFETY: the context is current by the contract of `gl`; every value was read from it. Draw buffers differ
+        // only if the application has called the functions that set one of them.
         unsafe {
             gl.disable_draw_buffer(glow::BLEND, 0);
             let [src_rgb, dst_rgb, src_alpha, dst_alpha, rgb, alpha] = self.blending[0];

@@ -42,8 +42,8 @@ impl ApplyPass {
         self.word == share.word()
     }
 
-    /// Draws into the bound framebuffer, whose viewport begins at `corner`. `ao` has the size of the view, or half of it
-    /// if `halved`.
+    /// Draws into the bound framebuffer, whose viewport begins at `corner`. `ao` has the size of the view, or half of
+    /// it if `halved`.
     pub(crate) fn draw(
         &self,
         full_screen: &FullScreen,

@@ -132,9 +132,9 @@ impl Projection {
     /// `size` pixels large, and its lower left pixel is `corner` (x, y) in the picture, y up.
     ///
     /// Ambient occlusion of the part equals that of the same pixels in the picture, up to rounding, if `corner` is a
-    /// multiple of 8 in x and y, so that the rotation tile and the texels of half resolution stay where they are; if the
-    /// part holds everything that the samples of those pixels read: see [`crate::Settings::guard_band`]; and if it does
-    /// not reach beyond the picture, at whose border samples are clamped.
+    /// multiple of 8 in x and y, so that the rotation tile and the texels of half resolution stay where they are; if
+    /// the part holds everything that the samples of those pixels read: see [`crate::Settings::guard_band`]; and if it
+    /// does not reach beyond the picture, at whose border samples are clamped.
     #[must_use]
     pub fn part(&self, picture: (u32, u32), corner: (i64, i64), size: (u32, u32)) -> Projection {
         let Extents { mut half, mut middle, mut whole } = self.extents();

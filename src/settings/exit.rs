@@ -11,9 +11,9 @@ impl Settings {
     ///
     /// R covers R_px = R H / (2 z tan(fov_y/2)) texels of ambient occlusion at the depth z, or the same with the width,
     /// if that is less. With [`Exit::Paper`] the method exits where R_px < N_s + 1, with [`Exit::Shorten`] where R_px <
-    /// 2. An orthographic view has the same R_px everywhere, and so has a radius that is a share of the view: the result
-    /// is 0 if the method exits at every pixel, and infinite if it exits at none. It is also infinite for a method that
-    /// never exits early.
+    /// 2. An orthographic view has the same R_px everywhere, and so has a radius that is a share of the view: the
+    /// result is 0 if the method exits at every pixel, and infinite if it exits at none. It is also infinite for a
+    /// method that never exits early.
     ///
     /// # Errors
     /// [`Error::Usage`] if the radius is in percent.

@@ -272,15 +272,15 @@ impl Settings {
     /// Checks that every field is in its range, and that the fields go together.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range, angles in
-    /// radians. The same error for two settings that exclude each other; see [`Settings::snap`].
+    /// [`Error::Usage`] for a field outside its range. The message names the first such setting and its range, angles
+    /// in radians. The same error for two settings that exclude each other; see [`Settings::snap`].
     pub fn validate(&self) -> Result<(), Error> {
         KNOBS.iter().try_for_each(|knob| knob.check(self))?;
         self.check_steps()
     }
 
-    /// Returns whether these settings and others are compiled to the same shaders. They differ then only in numbers that
-    /// the shaders read at run time.
+    /// Returns whether these settings and others are compiled to the same shaders. They differ then only in numbers
+    /// that the shaders read at run time.
     pub(crate) fn same_shaders(&self, other: &Settings) -> bool {
         let &Settings { radius, bias, strength, blur_depth_sigma, .. } = other;
         std::mem::discriminant(&self.radius) == std::mem::discriminant(&radius)

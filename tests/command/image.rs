@@ -176,6 +176,27 @@ mod same_as_render {
     }
 }
 
+/// The committed files were written by `tests/command/openexr/write.py` with the library of the OpenEXR project, from a
+/// rendering of 48x36 pixels.
+#[test]
+fn the_files_of_another_library_give_what_render_gives() {
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/command/openexr");
+    let [parts, layers, reversed] =
+        ["parts", "layers", "reversed"].map(|name| files.join(name).with_extension("exr").display().to_string());
+    let camera = "--fov-y 40 --radius 150 --exit shorten";
+    let view = "0.782755554,-0.481954422,0.393717763,1,0.548798867,0.832888888,-0.0715255476,2,\
+                -0.293451096,0.272058882,0.916444444,3,0,0,0,1";
+    let dumped = dump("cornell-box", &format!("{camera} --size 48x36"));
+    for arguments in [
+        format!("{parts} {parts} --depth-is distance"),
+        format!("{layers} {layers} --normals-are world --view-matrix {view}"),
+        format!("{reversed} {parts} --depth-is hardware --near 10 --far inf --reversed"),
+    ] {
+        let got = dumped.silent(&format!("{arguments} {camera}"));
+        same(&got, &dumped.ao, &arguments);
+    }
+}
+
 mod conventions {
     use super::*;
 
