@@ -128,11 +128,11 @@ impl Program {
     fn uniform(&self, name: &'static str) -> Option<glow::UniformLocation> {
         let mut uniforms = self.uniforms.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, location)) = uniforms.iter().find(|(known, _)| *known == name) {
-            return location.clone();
+            return *location;
         }
         // SAFETY: the context is current and the program is ours.
         let location = unsafe { self.gl.get_uniform_location(self.id, name) };
-        uniforms.push((name, location.clone()));
+        uniforms.push((name, location));
         location
     }
 
