@@ -7,7 +7,7 @@ use crate::Error;
 use std::ffi::{OsStr, OsString};
 
 /// The beginnings of the names of variables that Mesa's drivers, the loaders of EGL, or Vulkan's loader read.
-const PREFIXES: [&str; 12] = [
+const PREFIXES: [&str; 13] = [
     "DRAW_USE_LLVM",
     "DRI_PRIME",
     "EGL_",
@@ -20,6 +20,7 @@ const PREFIXES: [&str; 12] = [
     "VK_",
     "ZINK_",
     "__EGL_",
+    "__GLX_",
 ];
 
 /// Variables with such names that only decide what is logged or cached, and how many threads draw.

@@ -1,5 +1,5 @@
-//! Opens an OpenGL 3.3 core context without a window. Two backends can do this: EGL, which uses a GPU or Mesa's
-//! software driver, and OSMesa, which renders in memory.
+//! Opens an OpenGL 3.3 core context without a window. Three backends can do this: EGL, which uses a GPU or Mesa's
+//! software driver, OSMesa, which renders in memory, and GLX, which needs an X display.
 //!
 //! A context is current on the thread that opened it, from [`Context::open`] until it is dropped. It has no usable
 //! default framebuffer, so all rendering must go to framebuffer objects. Several threads may each have a context, from
@@ -26,6 +26,12 @@ mod egl;
 #[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]
 #[path = "without_egl.rs"]
 mod egl;
+// glutin has GLX where there may be X11: on Unix, except on Apple's systems and Android.
+#[cfg(all(unix, not(target_vendor = "apple"), not(target_os = "android"), not(target_family = "wasm")))]
+mod glx;
+#[cfg(not(all(unix, not(target_vendor = "apple"), not(target_os = "android"), not(target_family = "wasm"))))]
+#[path = "without_glx.rs"]
+mod glx;
 #[cfg(any(unix, windows))]
 mod osmesa;
 #[cfg(not(any(unix, windows)))]
@@ -49,19 +55,23 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// EGL if it works, and otherwise OSMesa.
+    /// The first that works of EGL, OSMesa and, if the environment names an X display, GLX.
     Auto,
     /// EGL: a GPU's driver, or Mesa's software driver. It is not available on macOS.
     Egl,
     /// OSMesa: Mesa's software driver as a single library, which is loaded at run time.
     Osmesa,
+    /// GLX: the driver of the X display that `DISPLAY` names. Nothing is shown there.
+    Glx,
 }
 
 impl Backend {
-    const ALL: [Backend; 3] = [Backend::Auto, Backend::Egl, Backend::Osmesa];
+    /// Every backend that can be asked for.
+    pub const ALL: [Backend; 4] = [Backend::Auto, Backend::Egl, Backend::Osmesa, Backend::Glx];
 
     /// The name of every backend, as the command line spells it.
-    pub const NAMES: [&'static str; 3] = [Backend::Auto.name(), Backend::Egl.name(), Backend::Osmesa.name()];
+    pub const NAMES: [&'static str; 4] =
+        [Backend::Auto.name(), Backend::Egl.name(), Backend::Osmesa.name(), Backend::Glx.name()];
 
     /// Returns the backend's name.
     #[must_use]
@@ -70,6 +80,7 @@ impl Backend {
             Backend::Auto => "auto",
             Backend::Egl => "egl",
             Backend::Osmesa => "osmesa",
+            Backend::Glx => "glx",
         }
     }
 }
@@ -125,6 +136,9 @@ impl Context {
     pub fn open(backend: Backend) -> Result<Context, Error> {
         environment::check()?;
         match backend {
+            Backend::Auto if std::env::var_os("DISPLAY").is_some() => {
+                Context::open_first(&[Backend::Egl, Backend::Osmesa, Backend::Glx])
+            }
             Backend::Auto => Context::open_first(&[Backend::Egl, Backend::Osmesa]),
             Backend::Egl => Context::open_on(|| {
                 check_zink()?;
@@ -133,6 +147,10 @@ impl Context {
             Backend::Osmesa => Context::open_on(|| {
                 check_for_osmesa()?;
                 osmesa::Osmesa::open().map(Platform::Osmesa)
+            }),
+            Backend::Glx => Context::open_on(|| {
+                check_zink()?;
+                glx::Glx::open().map(Platform::Glx)
             }),
         }
     }
@@ -198,6 +216,7 @@ impl Context {
         match self.platform {
             Platform::Egl(_) => Backend::Egl,
             Platform::Osmesa(_) => Backend::Osmesa,
+            Platform::Glx(_) => Backend::Glx,
         }
     }
 
@@ -246,6 +265,7 @@ impl fmt::Debug for Context {
 enum Platform {
     Egl(egl::Egl),
     Osmesa(osmesa::Osmesa),
+    Glx(glx::Glx),
 }
 
 impl Platform {
@@ -253,6 +273,7 @@ impl Platform {
         match self {
             Platform::Egl(egl) => egl.get_proc_address(name),
             Platform::Osmesa(osmesa) => osmesa.get_proc_address(name),
+            Platform::Glx(glx) => glx.get_proc_address(name),
         }
     }
 }
@@ -297,8 +318,8 @@ mod tests {
 
     #[test]
     fn an_unknown_backend_is_a_usage_error_that_lists_the_known() {
-        let error = "glx".parse::<Backend>().unwrap_err();
+        let error = "wgl".parse::<Backend>().unwrap_err();
         assert!(error.is_usage());
-        assert_eq!(error.to_string(), "--backend: 'glx' is not one of auto, egl, osmesa");
+        assert_eq!(error.to_string(), "--backend: 'wgl' is not one of auto, egl, osmesa, glx");
     }
 }

@@ -104,7 +104,7 @@ const FLAGS: &[(&str, &[&str], &[&str])] = &[
     ("--depth-format", &["r32f", "r16f"], &["r8"]),
     ("--ao-format", &["r8", "r16f", "r32f"], &["rgba8"]),
     ("--normal-format", &["rgba8-snorm", "rgba16f"], &["none"]),
-    ("--backend", &["auto", "egl", "osmesa"], &["glx", ""]),
+    ("--backend", &["auto", "egl", "osmesa"], &["wgl", ""]),
     ("--truth-rays", &["2", "16"], &["0", "1", "3", "65538", "4294967295", "4294967296", "-2"]),
     ("--runs", &["1"], &["0", "1001", "4294967295", "18446744073709551616", "1.5"]),
     ("--show", &["final", "ao", "ao-raw", "color", "depth", "normals", "edges"], &["all", ""]),

@@ -183,7 +183,7 @@ fn settings_out_of_range() {
         (USAGE, "--method gtao", "--method: 'gtao' is not one of"),
         (USAGE, "--show everything", "--show: 'everything' is not one of final, ao,"),
         (USAGE, "--apply none", "--apply: "),
-        (USAGE, "--backend glx", "--backend: 'glx' is not one of auto, egl, osmesa"),
+        (USAGE, "--backend wgl", "--backend: 'wgl' is not one of auto, egl, osmesa, glx"),
         (USAGE, "--depth-format r8", "--depth-format: "),
         (USAGE, "--no-such-flag", "unexpected argument '--no-such-flag'"),
         (USAGE, "--step 3", "unexpected argument '--step' found; a similar argument exists: '--steps'"),
