@@ -1,12 +1,12 @@
 //! Opens a context with EGL, on an EGL device rather than a display, and without a surface.
 
 use super::environment::remedy;
+use super::wanted;
 use crate::Error;
 use glutin::api::egl::context::PossiblyCurrentContext;
 use glutin::api::egl::device::Device;
 use glutin::api::egl::display::Display;
-use glutin::config::{Api, ConfigSurfaceTypes, ConfigTemplateBuilder};
-use glutin::context::{ContextApi, ContextAttributesBuilder, GlProfile, Version};
+use glutin::config::ConfigSurfaceTypes;
 use glutin::display::GetGlDisplay as _;
 use glutin::error::ErrorKind;
 use glutin::prelude::*;
@@ -61,23 +61,11 @@ fn open_on(device: &Device) -> Result<PossiblyCurrentContext, glutin::error::Err
     // SAFETY: a native display would have to be valid, but none is passed.
     let display = unsafe { Display::with_device(device, None)? };
 
-    // The template's defaults ask for OpenGL ES and for a window with depth and stencil. All rendering goes to
-    // framebuffer objects, so any config that supports OpenGL is good enough.
-    let template = ConfigTemplateBuilder::new()
-        .with_surface_type(ConfigSurfaceTypes::empty())
-        .with_api(Api::OPENGL)
-        .with_alpha_size(0)
-        .with_depth_size(0)
-        .with_stencil_size(0)
-        .build();
-    let attributes = ContextAttributesBuilder::new()
-        .with_profile(GlProfile::Core)
-        .with_context_api(ContextApi::OpenGl(Some(Version::new(3, 3))))
-        .build(None);
-
     // SAFETY: the template names no native window.
-    let config = unsafe { display.find_configs(template)? }.next().ok_or(ErrorKind::BadConfig)?;
+    let config = unsafe { display.find_configs(wanted::configuration(ConfigSurfaceTypes::empty()))? }
+        .next()
+        .ok_or(ErrorKind::BadConfig)?;
     // SAFETY: the attributes name neither a native window nor a context to share objects with.
-    let context = unsafe { display.create_context(&config, &attributes)? };
+    let context = unsafe { display.create_context(&config, &wanted::context())? };
     context.make_current_surfaceless()
 }

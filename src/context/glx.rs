@@ -3,14 +3,14 @@
 //! pixel buffer, or, where the server has none, on a window that is never mapped.
 
 use super::environment::remedy;
+use super::wanted;
 use crate::Error;
 use glutin::api::glx::XlibErrorHookRegistrar;
 use glutin::api::glx::config::Config;
 use glutin::api::glx::context::{NotCurrentContext, PossiblyCurrentContext};
 use glutin::api::glx::display::Display;
 use glutin::api::glx::surface::Surface;
-use glutin::config::{Api, ConfigSurfaceTypes, ConfigTemplateBuilder};
-use glutin::context::{ContextApi, ContextAttributesBuilder, GlProfile, Version};
+use glutin::config::ConfigSurfaceTypes;
 use glutin::error::ErrorKind;
 use glutin::platform::x11::X11GlConfigExt as _;
 use glutin::prelude::*;
@@ -114,21 +114,10 @@ type Kind = fn(&Display, &Connection) -> Result<(PossiblyCurrentContext, Drawabl
 
 /// Makes a context for surfaces of this type.
 fn context(display: &Display, kind: ConfigSurfaceTypes) -> Result<(Config, NotCurrentContext), glutin::error::Error> {
-    let template = ConfigTemplateBuilder::new()
-        .with_surface_type(kind)
-        .with_api(Api::OPENGL)
-        .with_alpha_size(0)
-        .with_depth_size(0)
-        .with_stencil_size(0)
-        .build();
-    let attributes = ContextAttributesBuilder::new()
-        .with_profile(GlProfile::Core)
-        .with_context_api(ContextApi::OpenGl(Some(Version::new(3, 3))))
-        .build(None);
     // SAFETY: the template names no native window.
-    let config = unsafe { display.find_configs(template)? }.next().ok_or(ErrorKind::BadConfig)?;
+    let config = unsafe { display.find_configs(wanted::configuration(kind))? }.next().ok_or(ErrorKind::BadConfig)?;
     // SAFETY: the attributes name neither a native window nor a context to share objects with.
-    let context = unsafe { display.create_context(&config, &attributes)? };
+    let context = unsafe { display.create_context(&config, &wanted::context())? };
     Ok((config, context))
 }
 

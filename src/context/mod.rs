@@ -26,6 +26,8 @@ mod egl;
 #[cfg(not(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm"))))]
 #[path = "without_egl.rs"]
 mod egl;
+#[cfg(all(any(unix, windows), not(target_vendor = "apple"), not(target_family = "wasm")))]
+mod wanted;
 // glutin has GLX where there may be X11: on Unix, except on Apple's systems and Android.
 #[cfg(all(unix, not(target_vendor = "apple"), not(target_os = "android"), not(target_family = "wasm")))]
 mod glx;
