@@ -9,8 +9,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-const VERBS: [&str; 10] =
-    ["render", "truth", "trade", "tune", "bench", "paper", "compare", "image", "info", "completions"];
+const VERBS: [&str; 11] =
+    ["render", "truth", "trade", "tune", "bench", "paper", "compare", "image", "view", "info", "completions"];
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
