@@ -1,15 +1,10 @@
 //! Drives `hbao view` as a person does: a window under Xvfb, a pointer and keys by xdotool. Where the widgets are, and
 //! what the window shows, the tests read in the file of `--log`.
 
-#[path = "rig/command.rs"]
-#[allow(dead_code)]
-mod command;
-#[path = "rig/process.rs"]
-#[allow(dead_code)]
-mod process;
+mod rig;
 
-use command::{HBAO, hbao, with_shader_cache};
-use process::skip;
+use rig::command::{HBAO, by, hbao, with_shader_cache};
+use rig::process::skip;
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
@@ -154,9 +149,9 @@ impl Window {
         self.xdotool(&format!("key --delay 20 ctrl+a key --delay 20 Delete type --delay 20 {text}"));
     }
 
-    /// Closes the window as a window manager does. Nothing may have gone wrong.
+    /// Closes the window by its key. Nothing may have gone wrong.
     fn close(mut self) {
-        self.xdotool("search --onlyvisible --name hbao windowquit");
+        self.xdotool("key ctrl+q");
         let start = Instant::now();
         let status = loop {
             if let Some(status) = self.program.try_wait().unwrap() {
@@ -242,7 +237,7 @@ fn a_saved_image_is_the_one_on_the_screen_and_that_of_the_command() {
 
     let again = tempfile::tempdir().unwrap();
     let line = shown["command"].as_str().unwrap().replacen("hbao", HBAO, 1);
-    let mut shell = command::by("sh", again.path());
+    let mut shell = by("sh", again.path());
     let output = with_shader_cache(shell.args(["-c", &line])).output().unwrap();
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(std::fs::read(again.path().join("view.png")).unwrap(), std::fs::read(&saved).unwrap(), "{line}");

@@ -76,6 +76,10 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     let options = eframe::NativeOptions { viewport: window, ..eframe::NativeOptions::default() };
     let made: eframe::AppCreator<'_> = Box::new(move |created| {
         created.egui_ctx.set_theme(egui::Theme::Dark);
+        // The usual grey of labels is hard to read.
+        created
+            .egui_ctx
+            .all_styles_mut(|style| style.visuals.override_text_color = Some(egui::Color32::from_gray(220)));
         viewer.worker.wakes(&created.egui_ctx);
         viewer.name_window(&created.egui_ctx);
         Ok(Box::new(viewer))

@@ -10,14 +10,18 @@ use std::path::PathBuf;
 /// The panel's width, in points.
 pub(super) const WIDTH: f32 = 384.0;
 
+/// The height of what stands below the settings, in points.
+const FILES: f32 = 168.0;
+
 /// Shows the panel.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.spacing_mut().slider_width = 104.0;
+    let spacing = ui.spacing_mut();
+    (spacing.slider_width, spacing.item_spacing.x, spacing.button_padding.x) = (104.0, 6.0, 5.0);
     ui.add_space(6.0);
     shown(viewer, ui);
     ui.separator();
     tabs(viewer, ui);
-    let room = ui.available_height() - 148.0;
+    let room = ui.available_height() - FILES;
     let area = egui::ScrollArea::vertical().max_height(room).min_scrolled_height(room).auto_shrink([false, false]);
     area.show(ui, |ui| {
         knobs::show(viewer, ui);
@@ -29,7 +33,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 
 /// What is shown: the image, and of which side.
 fn shown(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         for (at, (name, image)) in picture::names().enumerate() {
             let button = ui.selectable_label(viewer.show.0 == name, name);
             let button = button.on_hover_text(format!("{}\n\nKey {}", image.help.replace('\n', " "), at + 1));
@@ -186,8 +190,8 @@ fn files(viewer: &mut Viewer, ui: &mut Ui) {
             ui.ctx().copy_text(command.clone());
             viewer.said = "The command was copied.".into();
         }
-        let field = TextEdit::multiline(&mut command).font(egui::TextStyle::Small).desired_rows(2);
-        egui::ScrollArea::vertical().id_salt("command").max_height(34.0).show(ui, |ui| {
+        let field = TextEdit::multiline(&mut command).font(egui::TextStyle::Small).desired_rows(3);
+        egui::ScrollArea::vertical().id_salt("command").max_height(58.0).show(ui, |ui| {
             ui.add(field.desired_width(f32::INFINITY).interactive(false));
         });
     });

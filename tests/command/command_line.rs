@@ -46,6 +46,12 @@ fn refuses(cases: &[(i32, &str, &str)]) {
 mod help {
     use super::*;
 
+    #[cfg(not(feature = "view"))]
+    #[test]
+    fn a_command_without_its_viewer_says_how_to_get_it() {
+        refuses(&[(2, "view nave", "cargo run --release --features view -- view")]);
+    }
+
     #[test]
     fn the_command_alone_prints_its_help_and_says_that_a_subcommand_is_missing() {
         let output = cached(Path::new("."), "");
