@@ -14,7 +14,7 @@
 //!
 //! Without any feature the crate is [`AmbientOcclusion`] and its settings alone. `render` adds contexts, scenes, image
 //! files, the pipeline, the twins and the measurements. `cli` adds the command. `flip` adds the error measure FLIP,
-//! which needs a C++ compiler. `cli` and `flip` are on by default.
+//! which needs a C++ compiler. `cli` and `flip` are on by default. `view` adds the window of `hbao view`.
 //!
 //! # Conventions
 //!

@@ -4,6 +4,8 @@ mod cli;
 mod picture;
 mod report;
 mod terminal;
+#[cfg(feature = "view")]
+mod viewer;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write as _;

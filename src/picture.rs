@@ -174,6 +174,12 @@ impl ImageKind {
         self.unblurred
     }
 
+    /// Reads the image back.
+    #[cfg(feature = "view")]
+    pub(crate) fn pixels(&self, pipeline: &Pipeline, settings: &Settings) -> Result<Pixels, Error> {
+        (self.read)(pipeline, settings)
+    }
+
     /// Encodes the image as the bytes of a file.
     pub(crate) fn encode(
         &self,
@@ -297,6 +303,41 @@ impl Pixels {
             (Pixels::Mask(image), FileFormat::Png) => png::encode(&image.map(|set| if set { 255 } else { 0 }), text),
             (Pixels::Mask(image), FileFormat::Exr) => exr::encode(&image.map(|set| if set { 1.0 } else { 0.0 }), text),
         }
+    }
+}
+
+#[cfg(feature = "view")]
+impl Pixels {
+    /// Returns the colours that a PNG of the image shows.
+    pub(crate) fn shown(&self) -> Image<[u8; 3]> {
+        let grey = |byte: u8| [byte; 3];
+        match self {
+            Pixels::Colours(image) => image.clone(),
+            Pixels::Visibility(image) => image.map(|a| grey(byte(a))),
+            Pixels::Depth(image) => grey_depth(image).map(grey),
+            Pixels::Vectors(image) | Pixels::Rotations(image) => image.map(vector_colour),
+            Pixels::Mask(image) => image.map(|set| grey(if set { 255 } else { 0 })),
+        }
+    }
+
+    /// Returns the numbers of the texel with this index in words.
+    pub(crate) fn in_words(&self, texel: usize) -> Option<String> {
+        Some(match self {
+            Pixels::Colours(image) => {
+                let [r, g, b] = image.texels.get(texel)?;
+                format!("{r}, {g}, {b}")
+            }
+            Pixels::Visibility(image) => format!("{:.4}", image.texels.get(texel)?),
+            Pixels::Depth(image) => match image.texels.get(texel)? {
+                z if z.is_finite() => format!("z = {z}"),
+                _ => "background".into(),
+            },
+            Pixels::Vectors(image) | Pixels::Rotations(image) => match image.texels.get(texel)? {
+                [0.0, 0.0, 0.0] => "background".into(),
+                [x, y, z] => format!("{x:.3}, {y:.3}, {z:.3}"),
+            },
+            Pixels::Mask(image) => if *image.texels.get(texel)? { "an edge" } else { "no edge" }.into(),
+        })
     }
 }
 

@@ -18,6 +18,7 @@ mod truth;
 mod tune;
 mod unmeant;
 mod usage;
+mod view;
 
 use crate::terminal::{be_quiet, print};
 use clap::error::ErrorKind;
@@ -57,6 +58,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("paper", matches)) => paper::run(matches),
         Some(("compare", matches)) => compare::run(matches),
         Some(("image", matches)) => image::run(matches),
+        Some(("view", matches)) => view::run(matches),
         Some(("info", _)) => info::run(),
         Some(("completions", matches)) => completions::run(matches, command()),
         // clap accepts no other subcommand.
@@ -85,6 +87,7 @@ fn command() -> Command {
         .subcommand(paper::command())
         .subcommand(compare::command())
         .subcommand(image::command())
+        .subcommand(view::command())
         .subcommand(info::command())
         .subcommand(completions::command())
 }

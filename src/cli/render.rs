@@ -138,6 +138,18 @@ impl Wanted {
 /// Renders and writes the files. The cheap checks come first: the flags, then the files to be written, then the scene,
 /// and at last OpenGL.
 pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
+    render(matches, None)
+}
+
+/// Does what the verb does with these arguments, in a context that is open already.
+#[cfg(feature = "view")]
+pub(super) fn run_in(context: &Context, arguments: &[std::ffi::OsString]) -> Result<(), Error> {
+    let matches = command().args_override_self(true).try_get_matches_from(arguments);
+    let matches = matches.map_err(|error| Error::Usage(error.kind().to_string()))?;
+    render(&matches, Some(context))
+}
+
+fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
     let tile = Tile::read(matches, flags.size)?;
@@ -152,7 +164,8 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let Opened { scene, settings, camera, notices: told, .. } = &opened;
     tile.iter().try_for_each(|tile| tile.check(camera, settings))?;
 
-    let context = open_context(flags.backend)?;
+    let opened_here = if open.is_none() { Some(open_context(flags.backend)?) } else { None };
+    let Some(context) = open.or(opened_here.as_ref()) else { return Ok(()) };
     let apply = flags::text(matches, "apply").map(|_| "apply");
     let idle = flags
         .knobs_given()
@@ -180,7 +193,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     if let Some(tile) = &tile {
         render.insert("tile".into(), tile.given().into());
     }
-    let origin = origin(settings, render, &wanted, &context, pipeline.samples());
+    let origin = origin(settings, render, &wanted, context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.
@@ -195,7 +208,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     files.extend(
         wanted.timings.clone().map(|path| {
-            (path, timings(&context, region.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
+            (path, timings(context, region.size, (settings.msaa, pipeline.samples()), &times).into_bytes())
         }),
     );
     // The folder must outlive the files that are staged inside it.

@@ -145,6 +145,27 @@ impl Pipeline {
         })
     }
 
+    /// Changes the settings. Returns whether shaders were compiled, or must be for the next frame. If the number of
+    /// samples per pixel and the formats of depth and normals stay the same, the G-buffer is kept, and the settings are
+    /// changed as [`AmbientOcclusion::set`] changes them.
+    ///
+    /// # Errors
+    /// The same as for [`Pipeline::new`]. The settings are then the earlier ones.
+    pub fn set(&mut self, settings: &Settings) -> Result<bool, Error> {
+        let of_targets = |settings: &Settings| (settings.msaa, settings.depth_format, settings.normal_format);
+        if of_targets(settings) != of_targets(&self.settings) {
+            *self = Pipeline::new(&self.gl.clone(), self.size, settings, self.request)?;
+            return Ok(true);
+        }
+        settings.validate()?;
+        let mut compiled = settings.normals != self.settings.normals;
+        if let Some(ao) = &mut self.ao {
+            compiled |= ao.set(settings)?;
+        }
+        (self.settings, self.kept) = (settings.clone(), Kept::default());
+        Ok(compiled)
+    }
+
     /// One line for each setting that the driver cannot fulfil. It says what is used instead.
     #[must_use]
     pub fn notices(&self) -> &[String] {

@@ -9,8 +9,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-const VERBS: [&str; 10] =
-    ["render", "truth", "trade", "tune", "bench", "paper", "compare", "image", "info", "completions"];
+const VERBS: [&str; 11] =
+    ["render", "truth", "trade", "tune", "bench", "paper", "compare", "image", "view", "info", "completions"];
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
@@ -45,6 +45,12 @@ fn refuses(cases: &[(i32, &str, &str)]) {
 
 mod help {
     use super::*;
+
+    #[cfg(not(feature = "view"))]
+    #[test]
+    fn a_command_without_its_viewer_says_how_to_get_it() {
+        refuses(&[(2, "view nave", "cargo run --release --features view -- view")]);
+    }
 
     #[test]
     fn the_command_alone_prints_its_help_and_says_that_a_subcommand_is_missing() {
