@@ -1,6 +1,6 @@
 //! The panel beside the image, and the line below it.
 
-use super::knobs::{self, PRESETS};
+use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
 use crate::picture;
 use eframe::egui::{self, Color32, RichText, TextEdit, Ui};
@@ -89,7 +89,7 @@ fn tabs(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.sides[viewer.tab] = viewer.sides[1 - viewer.tab].clone();
         }
         ui.separator();
-        for (name, help, of) in PRESETS {
+        for Preset { name, help, of } in PRESETS {
             let button = ui.button(name).on_hover_text(format!("{help}; the radius stays"));
             viewer.note(format!("preset {name}"), button.rect);
             if button.clicked() {
