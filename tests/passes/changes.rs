@@ -213,8 +213,8 @@ fn there_is_no_image_before_a_frame_nor_after_a_change() {
     let shot = rig::scenes::box_on_a_floor();
     // With several depth samples the result is in another image than without.
     let settings = Settings { msaa: 4, ..rig::float_settings(shot.radius) };
-    let request = hbao::Request { gbuffer_only: true, ..hbao::Request::default() };
-    let mut pipeline = hbao::Pipeline::new(gl, SIZE, &settings, request).unwrap();
+    let request = Request { gbuffer_only: true, ..Request::default() };
+    let mut pipeline = Pipeline::new(gl, SIZE, &settings, request).unwrap();
     let camera = shot.camera(SIZE);
     pipeline.render(&shot.mesh, &camera).unwrap();
     let inputs = pipeline.inputs(&camera);
