@@ -242,6 +242,16 @@ fn a_saved_image_is_the_one_on_the_screen_and_that_of_the_command() {
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(std::fs::read(again.path().join("view.png")).unwrap(), std::fs::read(&saved).unwrap(), "{line}");
 
+    // The clipboard is asked for while the window, which holds its text, is open.
+    window.click("copy");
+    window.wait(|line| line["said"] == "The command was copied.");
+    let mut clipboard = Command::new("xclip");
+    clipboard.args(["-o", "-selection", "clipboard"]).env("DISPLAY", &window.display.name);
+    match clipboard.output() {
+        Ok(output) => assert_eq!(String::from_utf8_lossy(&output.stdout), shown["command"].as_str().unwrap()),
+        Err(_) => skip("xclip", "xclip"),
+    }
+
     window.click("save settings");
     window.wait(|line| line["said"] == "The settings were saved as view.toml.");
     let text = std::fs::read_to_string(window.path("view.toml")).unwrap();

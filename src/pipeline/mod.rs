@@ -123,8 +123,7 @@ impl Pipeline {
         }
         let composite = match request.composite {
             Some(apply) if !request.gbuffer_only => {
-                let image = Texture::new(gl, "composite: image", Format::Rgba8, size.0, size.1)?;
-                let target = Target::new(gl, "composite: framebuffer", &[&image], None, size)?;
+                let (image, target) = final_image(gl, size)?;
                 Some(FinalImage { pass: Composite::new(gl, apply)?, image, target })
             }
             _ => None,
@@ -164,6 +163,30 @@ impl Pipeline {
         }
         (self.settings, self.kept) = (settings.clone(), Kept::default());
         Ok(compiled)
+    }
+
+    /// Changes the size (width, height) in pixels of the images. The shaders of ambient occlusion stay compiled.
+    ///
+    /// # Errors
+    /// The same as for [`Pipeline::new`]. The size is then the earlier one.
+    pub fn resize(&mut self, size: (u32, u32)) -> Result<(), Error> {
+        if size == self.size {
+            return Ok(());
+        }
+        let gl = self.gl.clone();
+        gl::check(&gl, "an error left by earlier calls, before the pipeline")?;
+        gl::check_size(&gl, size.0, size.1)?;
+        let mut notices = Vec::new();
+        let targets = Targets::new(&gl, size, &self.settings, self.request.needs_colour(), &mut notices)?;
+        let composite = self.composite.is_some().then(|| final_image(&gl, size)).transpose()?;
+        if let Some(ao) = &mut self.ao {
+            ao.resize(size)?;
+        }
+        if let (Some(earlier), Some((image, target))) = (&mut self.composite, composite) {
+            (earlier.image, earlier.target) = (image, target);
+        }
+        (self.size, self.targets, self.notices, self.kept) = (size, Arc::new(targets), notices, Kept::default());
+        Ok(())
     }
 
     /// One line for each setting that the driver cannot fulfil. It says what is used instead.
@@ -363,6 +386,13 @@ impl Pipeline {
             DepthFormat::R16f => BACKGROUND_R16F,
         }
     }
+}
+
+/// Allocates the final image.
+fn final_image(gl: &Arc<glow::Context>, size: (u32, u32)) -> Result<(Texture, Target), Error> {
+    let image = Texture::new(gl, "composite: image", Format::Rgba8, size.0, size.1)?;
+    let target = Target::new(gl, "composite: framebuffer", &[&image], None, size)?;
+    Ok((image, target))
 }
 
 /// The smallest half float with full precision, 2^-14. Below it, each halving of a depth costs one bit of precision.

@@ -155,7 +155,7 @@ impl Eye {
     fn turned(&self, offset: DVec3, right: f64, up: f64) -> DVec3 {
         let axis = self.up.normalize_or(DVec3::Y);
         let tilt = offset.angle_between(axis);
-        let tilted = (tilt - up).clamp(LEAST_TILT, PI - LEAST_TILT);
+        let tilted = (tilt + up).clamp(LEAST_TILT, PI - LEAST_TILT);
         let (across, _) = self.axes();
         let turn = DQuat::from_axis_angle(axis, -right) * DQuat::from_axis_angle(across, tilted - tilt);
         turn * offset
@@ -225,6 +225,10 @@ mod tests {
         let mut turned = start.clone();
         turned.orbit(0.1, 0.05);
         let moved = at(&camera(&turned, &scene), near) - at(&before, near);
+        assert!(moved.x > 0.01 && moved.y > 0.005, "{moved}");
+        let mut looked = start.clone();
+        looked.look(0.1, 0.05);
+        let moved = at(&camera(&looked, &scene), near) - at(&before, near);
         assert!(moved.x > 0.01 && moved.y > 0.005, "{moved}");
         let mut panned = start.clone();
         panned.pan(0.25, 0.125);

@@ -2,7 +2,7 @@
 
 use super::state::Viewer;
 use eframe::egui::{self, ComboBox, Response, Slider, SliderClamping, Ui};
-use hbao::settings::{KNOBS, Kind, Knob, Method, Radius, Settings};
+use hbao::settings::{AoFormat, Exit, KNOBS, Kind, Knob, Method, NormalFormat, Radius, Settings};
 use std::ops::RangeInclusive;
 
 /// The units of the radius: what follows the number in its text, and how the panel names them.
@@ -189,26 +189,45 @@ fn depth_sigma(knob: &Knob, settings: &mut Settings, diagonal: f64, ui: &mut Ui)
     response
 }
 
-/// The presets of a method: their names, what they are, and the settings.
-pub(super) const PRESETS: [(&str, &str, fn(Settings) -> Settings); 3] = [
-    ("default", "The defaults of the method", |usual| usual),
-    ("fast", "4 directions of 4 steps at half resolution, 8 samples for ssao, one depth sample per pixel", |usual| {
-        Settings { directions: 4, steps: 4, rays: 2, ssao_samples: 8, half_res: true, msaa: 1, ..usual }
-    }),
-    (
-        "accurate",
-        "16 directions of 16 steps, 24 samples for ssao, steps of a texel at least, finer textures",
-        |usual| Settings {
+/// Settings that a button gives.
+pub(super) struct Preset {
+    pub(super) name: &'static str,
+    pub(super) help: &'static str,
+    /// Makes the settings from the method's defaults.
+    pub(super) of: fn(Settings) -> Settings,
+}
+
+/// The presets of every method.
+pub(super) const PRESETS: [Preset; 3] = [
+    Preset { name: "default", help: "The defaults of the method", of: |usual| usual },
+    Preset {
+        name: "fast",
+        help: "4 directions of 4 steps at half resolution, 8 samples for ssao, one depth sample per pixel",
+        of: |usual| Settings {
+            directions: 4,
+            steps: 4,
+            rays: 2,
+            ssao_samples: 8,
+            half_res: true,
+            msaa: 1,
+            exit: Exit::Shorten,
+            ..usual
+        },
+    },
+    Preset {
+        name: "accurate",
+        help: "16 directions of 16 steps, 24 samples for ssao, steps of a texel at least, finer texture formats",
+        of: |usual| Settings {
             directions: 16,
             steps: 16,
             rays: 8,
             ssao_samples: 24,
-            exit: hbao::settings::Exit::Shorten,
-            ao_format: hbao::settings::AoFormat::R16f,
-            normal_format: hbao::settings::NormalFormat::Rgba16f,
+            exit: Exit::Shorten,
+            ao_format: AoFormat::R16f,
+            normal_format: NormalFormat::Rgba16f,
             ..usual
         },
-    ),
+    },
 ];
 
 #[cfg(test)]
@@ -231,7 +250,7 @@ mod tests {
     #[test]
     fn every_preset_is_accepted_with_every_method() {
         for &method in Method::ALL {
-            for (name, _, of) in PRESETS {
+            for Preset { name, of, .. } in PRESETS {
                 let settings = of(Settings::for_scene(method));
                 settings.validate().unwrap_or_else(|error| panic!("{name} {}: {error}", method.name()));
             }

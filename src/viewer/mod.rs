@@ -166,6 +166,7 @@ impl eframe::App for Viewer {
         egui::Panel::bottom("status").resizable(false).show(ui, |ui| panel::status(self, ui));
         egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
         let dragged = stage::show(self, ui);
+        panel::message(self, &context);
         keys::list(self, &context);
         let moving = flies || dragged || context.egui_is_using_pointer();
         self.resize_once(&context);

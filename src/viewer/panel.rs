@@ -1,6 +1,6 @@
 //! The panel beside the image, and the line below it.
 
-use super::knobs::{self, PRESETS};
+use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
 use crate::picture;
 use eframe::egui::{self, Color32, RichText, TextEdit, Ui};
@@ -89,7 +89,7 @@ fn tabs(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.sides[viewer.tab] = viewer.sides[1 - viewer.tab].clone();
         }
         ui.separator();
-        for (name, help, of) in PRESETS {
+        for Preset { name, help, of } in PRESETS {
             let button = ui.button(name).on_hover_text(format!("{help}; the radius stays"));
             viewer.note(format!("preset {name}"), button.rect);
             if button.clicked() {
@@ -183,58 +183,61 @@ fn files(viewer: &mut Viewer, ui: &mut Ui) {
         viewer.save_settings();
     }
     let mut command = viewer.command();
-    ui.horizontal(|ui| {
+    ui.horizontal_top(|ui| {
         let copy = ui.button("copy").on_hover_text("Key Y: copies the command that renders this image, bit for bit");
         viewer.note("copy", copy.rect);
         if copy.clicked() {
             ui.ctx().copy_text(command.clone());
             viewer.said = "The command was copied.".into();
         }
-        let field = TextEdit::multiline(&mut command).font(egui::TextStyle::Small).desired_rows(3);
+        let field = TextEdit::multiline(&mut command).font(egui::FontId::proportional(11.0)).desired_rows(3);
         egui::ScrollArea::vertical().id_salt("command").max_height(58.0).show(ui, |ui| {
             ui.add(field.desired_width(f32::INFINITY).interactive(false));
         });
     });
 }
 
-/// The line below the image: what was done, what the image is, and how long it took.
-pub(super) fn status(viewer: &mut Viewer, ui: &mut Ui) {
-    if let Some(message) = viewer.message.clone() {
-        ui.horizontal_wrapped(|ui| {
-            let close = ui.button("close").on_hover_text("Key Esc");
-            viewer.note("close message", close.rect);
-            if close.clicked() {
-                viewer.message = None;
-            }
-            ui.label(RichText::new(message).color(Color32::from_rgb(255, 140, 120)));
+/// What went wrong, over the image, so that nothing else moves.
+pub(super) fn message(viewer: &mut Viewer, context: &egui::Context) {
+    let Some(message) = viewer.message.clone() else { return };
+    let area = egui::Area::new(egui::Id::unique("message")).anchor(egui::Align2::LEFT_BOTTOM, [12.0, -38.0]);
+    area.show(context, |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width((context.content_rect().width() - WIDTH - 48.0).max(120.0));
+            ui.horizontal_wrapped(|ui| {
+                ui.label(RichText::new(message).color(Color32::from_rgb(255, 150, 130)));
+                let close = ui.button("close").on_hover_text("Key Esc");
+                viewer.note("close message", close.rect);
+                if close.clicked() {
+                    viewer.message = None;
+                }
+            });
         });
-    }
-    ui.horizontal_wrapped(|ui| {
-        if let Some(drawn) = &viewer.drawn {
-            let (width, height) = drawn.job.size;
-            let per_pixel: Vec<String> =
-                drawn.job.sides.iter().map(|settings| settings.method.samples(settings).to_string()).collect();
-            let depths: Vec<String> = drawn.sides.iter().map(|side| side.samples.to_string()).collect();
-            let mut text = format!(
-                "{width}x{height}, {:.0} ms, {} samples a pixel, msaa {}",
-                1e3 * drawn.seconds,
-                per_pixel.join(" and "),
-                depths.join(" and ")
-            );
-            if drawn.job.divisor > 1 {
-                text += &format!(", 1/{} of the size while moving", drawn.job.divisor);
-            }
-            ui.label(text);
-            if let Some(notice) = drawn.notices.first() {
-                ui.separator();
-                ui.label(notice);
-            }
-        } else {
-            ui.label("Rendering ...");
-        }
-        if !viewer.said.is_empty() {
-            ui.separator();
-            ui.label(&viewer.said);
-        }
     });
+}
+
+/// The line below the image: what the image is, how long it took, and what was done last.
+pub(super) fn status(viewer: &Viewer, ui: &mut Ui) {
+    let mut parts = vec![match &viewer.drawn {
+        None => "Rendering ...".into(),
+        Some(drawn) => {
+            let (width, height) = drawn.job.size;
+            let count = |settings: &Settings| settings.method.samples(settings).to_string();
+            let samples: Vec<String> = drawn.job.sides.iter().map(count).collect();
+            let depths: Vec<String> = drawn.sides.iter().map(|side| side.samples.to_string()).collect();
+            let size = match drawn.job.divisor {
+                1 => format!("{width}x{height}"),
+                divisor => format!("{width}x{height}, 1/{divisor} of it while moving"),
+            };
+            format!(
+                "{size}, {:.0} ms, {} samples a pixel, msaa {}",
+                1e3 * drawn.seconds,
+                samples.join(" and "),
+                depths.join(" and ")
+            )
+        }
+    }];
+    parts.extend(viewer.drawn.iter().filter_map(|drawn| drawn.notices.first().cloned()));
+    parts.extend(Some(viewer.said.clone()).filter(|said| !said.is_empty()));
+    ui.add(egui::Label::new(parts.join("   |   ")).truncate());
 }

@@ -21,8 +21,7 @@ pub(crate) type OpenContext = Box<dyn FnOnce() -> Result<Context, Error> + Send>
 /// Renders and writes an image as the arguments of `hbao render` say.
 pub(crate) type Render = fn(&Context, &[OsString]) -> Result<(), Error>;
 
-/// The number of pipelines that are kept: those of two images at full and at reduced size, so that going back to one
-/// compiles nothing.
+/// The number of pipelines that are kept, so that going back to another image compiles nothing.
 const KEPT: usize = 4;
 
 /// What an image depends on.
@@ -181,8 +180,8 @@ fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, answer: i
     }
 }
 
-/// What a pipeline is made for. A change of other settings does not need another one.
-type Made = ((u32, u32), Request, (u32, DepthFormat, NormalFormat));
+/// What a pipeline is made for. A change of the size or of other settings does not need another one.
+type Made = (Request, (u32, DepthFormat, NormalFormat));
 
 /// The pipelines that are kept, the one that was used last at the end.
 struct Pipelines(Vec<(Made, Pipeline)>);
@@ -201,8 +200,8 @@ impl Pipelines {
                 settings.blur = 0;
             }
             settings.validate()?;
-            let made = (size, request, (settings.msaa, settings.depth_format, settings.normal_format));
-            let (pipeline, compiles) = self.pipeline(context, made, &settings)?;
+            let made = (request, (settings.msaa, settings.depth_format, settings.normal_format));
+            let (pipeline, compiles) = self.pipeline(context, made, size, &settings)?;
             compiled |= compiles;
             if compiles && job.timed {
                 // What compiling takes is no time of a pass.
@@ -219,7 +218,13 @@ impl Pipelines {
     }
 
     /// The pipeline for these settings, and whether it has to compile.
-    fn pipeline(&mut self, context: &Context, made: Made, settings: &Settings) -> Result<(&mut Pipeline, bool), Error> {
+    fn pipeline(
+        &mut self,
+        context: &Context,
+        made: Made,
+        size: (u32, u32),
+        settings: &Settings,
+    ) -> Result<(&mut Pipeline, bool), Error> {
         let found = self.0.iter().position(|(kept, _)| *kept == made);
         let (mut entry, is_new) = match found {
             Some(at) => (self.0.remove(at), false),
@@ -227,10 +232,10 @@ impl Pipelines {
                 if self.0.len() >= KEPT {
                     self.0.remove(0);
                 }
-                let (size, request, _) = made;
-                ((made, Pipeline::new(context.gl(), size, settings, request)?), true)
+                ((made, Pipeline::new(context.gl(), size, settings, made.0)?), true)
             }
         };
+        entry.1.resize(size)?;
         let compiles = entry.1.set(settings)? || is_new;
         self.0.push(entry);
         let last = self.0.len() - 1;

@@ -7,7 +7,7 @@ use hbao::context::{Backend, Context};
 use hbao::image::Image;
 use hbao::scene::Projection;
 use hbao::settings::{DepthFormat, Method, Radius};
-use hbao::{AmbientOcclusion, NormalEncoding, Settings, TextureTarget};
+use hbao::{AmbientOcclusion, Apply, NormalEncoding, Pipeline, Request, Settings, TextureTarget};
 
 const SIZE: (u32, u32) = (45, 31);
 
@@ -53,6 +53,29 @@ fn changed_settings_render_what_a_new_object_renders() {
         let mut new = AmbientOcclusion::new(context.gl().clone(), SIZE, settings).unwrap();
         assert!(got == rendered(&context, &mut new, &textures), "{}", settings.to_toml());
     }
+}
+
+#[test]
+fn a_pipeline_that_changes_renders_what_a_new_one_renders() {
+    let context = Context::open(Backend::Egl).unwrap();
+    let shot = rig::scenes::box_on_a_floor();
+    let request = Request { composite: Some(Apply::All), raw: true, edges: true, ..Request::default() };
+    let all = every_switch();
+    let mut changed = Pipeline::new(context.gl(), SIZE, &all[0], request).unwrap();
+    let sizes = [SIZE, (64, 48), SIZE, (31, 45)];
+    for (settings, size) in all.iter().zip(sizes.into_iter().cycle()) {
+        changed.resize(size).unwrap();
+        changed.set(settings).unwrap();
+        assert!(!changed.set(settings).unwrap(), "{}", settings.to_toml());
+        let got = rig::frame(&mut changed, &shot, size, settings);
+        let expected = rig::render(context.gl(), &shot, size, settings);
+        rig::assert_identical(&got, &expected, &format!("{size:?} {}", settings.to_toml()));
+    }
+    // What is refused leaves what was there.
+    assert!(changed.resize((0, 8)).is_err() && changed.set(&Settings { steps: 0, ..all[0].clone() }).is_err());
+    let (settings, size) = (&all[all.len() - 1], sizes[(all.len() - 1) % sizes.len()]);
+    let got = rig::frame(&mut changed, &shot, size, settings);
+    rig::assert_identical(&got, &rig::render(context.gl(), &shot, size, settings), "refused");
 }
 
 #[test]
@@ -190,8 +213,8 @@ fn there_is_no_image_before_a_frame_nor_after_a_change() {
     let shot = rig::scenes::box_on_a_floor();
     // With several depth samples the result is in another image than without.
     let settings = Settings { msaa: 4, ..rig::float_settings(shot.radius) };
-    let request = hbao::Request { gbuffer_only: true, ..hbao::Request::default() };
-    let mut pipeline = hbao::Pipeline::new(gl, SIZE, &settings, request).unwrap();
+    let request = Request { gbuffer_only: true, ..Request::default() };
+    let mut pipeline = Pipeline::new(gl, SIZE, &settings, request).unwrap();
     let camera = shot.camera(SIZE);
     pipeline.render(&shot.mesh, &camera).unwrap();
     let inputs = pipeline.inputs(&camera);
