@@ -604,7 +604,7 @@ mod the_command {
     }
 
     #[test]
-    fn info_tells_of_both_backends() {
+    fn info_tells_of_the_backends() {
         let output = hbao(Path::new("."), &["info"]);
         assert_eq!(output.status.code(), Some(0));
         let text = String::from_utf8(output.stdout).unwrap();
@@ -630,7 +630,7 @@ mod the_command {
             .output()
             .unwrap();
         assert_eq!(output.status.code(), Some(1));
-        assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2, "one line for each backend");
+        assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 3, "one line for each backend");
         let stderr = String::from_utf8(output.stderr).unwrap();
         // libEGL may print a warning of its own.
         let ours: Vec<_> = stderr.lines().filter(|line| !line.starts_with("libEGL")).collect();
