@@ -3,7 +3,9 @@
 use hbao::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write as _};
+use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Whether `--quiet` was given.
 static QUIET: AtomicBool = AtomicBool::new(false);
@@ -61,4 +63,31 @@ pub(crate) fn bar(length: u64, what: &'static str) -> ProgressBar {
         bar.set_style(style);
     }
     bar
+}
+
+/// The progress of reading a file. Nothing is shown of a file that is read within a second.
+pub(crate) struct Loading {
+    start: Instant,
+    bar: OnceCell<ProgressBar>,
+}
+
+impl Loading {
+    /// Begins to read a file.
+    pub(crate) fn new() -> Loading {
+        Loading { start: Instant::now(), bar: OnceCell::new() }
+    }
+
+    /// Shows that `done` of `total` bytes have been read. A total of 0 is unknown, and nothing is shown.
+    pub(crate) fn show(&self, done: u64, total: u64) {
+        const MB: u64 = 1_000_000;
+        if total > 0 && self.start.elapsed() >= Duration::from_secs(1) {
+            self.bar.get_or_init(|| bar(total.div_ceil(MB), "MB of the model")).set_position(done / MB);
+        }
+    }
+}
+
+impl Drop for Loading {
+    fn drop(&mut self) {
+        self.bar.get().inspect(|bar| bar.finish_and_clear());
+    }
 }

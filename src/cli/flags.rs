@@ -4,7 +4,7 @@
 //! the flag and the values it accepts, and a value may begin with a minus.
 
 use crate::picture::FileFormat;
-use crate::terminal::keep_stdout_for_a_file;
+use crate::terminal::{Loading, keep_stdout_for_a_file};
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 use glam::DVec3;
 use hbao::Error;
@@ -12,7 +12,7 @@ use hbao::context::Backend;
 use hbao::image::{Outputs, exr, metadata, png};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, NOTHING_IN_VIEW, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, MethodBlur, Radius, Settings};
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
@@ -34,6 +34,8 @@ pub(crate) struct Flags {
     pub(crate) size: (u32, u32),
     /// The parts of the camera that flags set. The scene's own camera supplies the rest.
     pub(crate) view: View,
+    /// The name of the scene's camera to look through.
+    camera: Option<String>,
     /// Which library creates the OpenGL context.
     pub(crate) backend: Backend,
     knobs: KnobFlags,
@@ -55,6 +57,12 @@ pub(crate) struct Opened {
     pub(crate) notices: Vec<String>,
     /// Whether the notices say that nothing is in view.
     pub(crate) empty: bool,
+}
+
+/// Opens a scene, and shows how far it has been read if that takes long.
+pub(crate) fn open_scene(scene: &OsStr) -> Result<Scene, Error> {
+    let loading = Loading::new();
+    Scene::open_with(scene, &|done, total| loading.show(done, total))
 }
 
 /// Makes a flag that takes a value.
@@ -120,11 +128,12 @@ pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) 
 
 /// Makes the shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
-    let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
+    let scene = format!("An OBJ, PLY, STL, glTF or GLB file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
     let scene = Arg::new("scene").value_name("SCENE").value_parser(value_parser!(OsString)).help(scene);
     let mut all = vec![scene, size_argument()];
     all.extend(
         [
+            valued("camera", "NAME", "The camera of a glTF file that renders the image; the flags below override it"),
             signed("eye", "X,Y,Z", "Camera position [default: the scene's own, or one that frames the whole scene]"),
             signed("target", "X,Y,Z", "Point that the camera looks at [default: the scene's own, or its centre]"),
             signed("up", "X,Y,Z", "Direction that points up in the image [default: the scene's own, or 0,1,0]"),
@@ -279,6 +288,7 @@ impl Flags {
             scene: matches.get_one("scene").cloned().unwrap_or_else(|| CORNELL_BOX.into()),
             size: read_size(matches)?,
             view,
+            camera: text(matches, "camera").map(String::from),
             backend: read_backend(matches)?,
             knobs: KnobFlags::read(matches)?,
         };
@@ -289,7 +299,10 @@ impl Flags {
     /// Opens the scene, and takes the scene's own values for the camera and the settings that neither flags nor the
     /// settings file give.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
-        let scene = Scene::open(&self.scene)?;
+        let mut scene = open_scene(&self.scene)?;
+        if let Some(name) = &self.camera {
+            scene.view = scene.camera(name)?.clone();
+        }
         let own = self.knobs.defaults(Settings::for_scene)?;
         let radius = scene.radius.map_or(own.radius, Radius::Units);
         let settings = self.knobs.settings(Settings { radius, ..own })?;

@@ -29,6 +29,7 @@ pub(super) fn scene() -> Result<Scene, Error> {
         // middles of the walls stay light.
         radius: Some(150.0),
         notices: Vec::new(),
+        cameras: Vec::new(),
     })
 }
 

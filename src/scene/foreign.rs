@@ -5,20 +5,22 @@ use std::io::{self, BufRead, Read as _};
 /// How many bytes of a file's beginning are examined.
 const HEAD: u64 = 1024;
 
-const CONVERT: &str = "and only OBJ is read: convert it to OBJ, for example with Blender or MeshLab";
-const UNPACK: &str = "and only OBJ is read: unpack it and give the OBJ file inside";
-const MODEL: &str = "and only OBJ is read: give the model";
-const DOWNLOAD: &str = "and only OBJ is read: download the file itself";
+const CONVERT: &str =
+    "and only OBJ, PLY, STL and glTF are read: convert it to one of them, for example with Blender or MeshLab";
+const UNPACK: &str = "and only OBJ, PLY, STL and glTF are read: unpack it and give the file inside";
+const MODEL: &str = "and no model: give the model";
+const DOWNLOAD: &str = "and no model: download the file itself";
+const OPEN: &str = "and Mesh::load_obj reads only OBJ: open it with Scene::open";
 pub(super) const ENCODE: &str = "and only UTF-8 is read: save it as UTF-8";
 
 /// A format: what a file of it is called, and what to do with it.
 pub(super) type Format = (&'static str, &'static str);
 
-const PLY: Format = ("a PLY file", CONVERT);
-const STL: Format = ("an STL file", CONVERT);
-const GLTF: Format = ("a glTF file", CONVERT);
+const PLY: Format = ("a PLY file", OPEN);
+const STL: Format = ("an STL file", OPEN);
+const GLTF: Format = ("a glTF file", OPEN);
 const FBX: Format = ("an FBX file", CONVERT);
-const BLENDER: Format = ("a Blender file", "and only OBJ is read: export it from Blender as Wavefront OBJ");
+const BLENDER: Format = ("a Blender file", "and only OBJ, PLY, STL and glTF are read: export it from Blender as Wavefront OBJ");
 const WEB_PAGE: Format = ("a web page", DOWNLOAD);
 const UTF16: Format = ("text in UTF-16", ENCODE);
 
@@ -46,7 +48,7 @@ const CERTAIN: [(&[u8], Format); 23] = [
     (b"\x76\x2f\x31\x01", ("an OpenEXR picture", MODEL)),
     (b"%PDF-", ("a PDF file", MODEL)),
     (b"\x7fELF", ("a program", MODEL)),
-    (b"version https://git-lfs", ("a pointer of Git LFS", "and only OBJ is read: fetch the file with 'git lfs pull'")),
+    (b"version https://git-lfs", ("a pointer of Git LFS", "and no model: fetch the file with 'git lfs pull'")),
 ];
 
 /// Beginnings that an OBJ file could have if statements that are not understood are skipped: a word at the beginning,
@@ -67,12 +69,69 @@ const LIKELY: [(&str, &str, Format); 20] = [
     ("#vrml", "", ("a VRML file", CONVERT)),
     ("#x3d", "", ("an X3D file", CONVERT)),
     ("#usda", "", ("a USD file", CONVERT)),
-    ("//maya", "", ("a Maya file", "and only OBJ is read: export it from Maya as OBJ")),
+    ("//maya", "", ("a Maya file", "and only OBJ, PLY, STL and glTF are read: export it from Maya as OBJ")),
     ("xof 0", "", ("a DirectX file", CONVERT)),
     ("0\nsection", "", ("a DXF file", CONVERT)),
     ("0\r\nsection", "", ("a DXF file", CONVERT)),
     ("iso-10303-21", "", ("a STEP file", CONVERT)),
 ];
+
+/// The members of a glTF file, any of which may be the first.
+const GLTF_MEMBERS: [&str; 17] = [
+    "accessors", "animations", "asset", "buffers", "bufferviews", "cameras", "extensions", "extensionsrequired",
+    "extensionsused", "extras", "images", "materials", "meshes", "nodes", "scene", "scenes", "skins",
+];
+
+/// The formats of models that are read.
+pub(super) enum Model {
+    Obj,
+    Ply,
+    TextStl,
+    BinaryStl,
+    Gltf,
+    Glb,
+}
+
+/// Returns the format of a file that begins in this way and has this length, if that is known. A file that no rule fits
+/// is an OBJ file, which has no mark.
+pub(super) fn model(head: &[u8], length: Option<u64>) -> Model {
+    let text = String::from_utf8_lossy(head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(head)).to_ascii_lowercase();
+    let text = text.trim_start();
+    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+        Model::Ply
+    } else if head.starts_with(b"glTF") {
+        Model::Glb
+    } else if length.is_some_and(|length| is_length_of_stl(head, length)) || is_binary_stl(head) {
+        // A header that begins with "solid" does not make it text.
+        Model::BinaryStl
+    } else if is_text_stl(text) {
+        Model::TextStl
+    } else if is_gltf(text) {
+        Model::Gltf
+    } else {
+        Model::Obj
+    }
+}
+
+/// Whether a file has exactly the length that the number of triangles of a binary STL file asks for.
+fn is_length_of_stl(head: &[u8], length: u64) -> bool {
+    let count = head.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
+    count.is_some_and(|count| length == 84 + 50 * u64::from(count))
+}
+
+/// Whether the first line of this text begins with `solid`, and the next one is a statement of STL.
+fn is_text_stl(text: &str) -> bool {
+    let mut lines = text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty());
+    let mut word = || lines.next().and_then(|line| line.split_whitespace().next()).unwrap_or_default();
+    word() == "solid" && ["facet", "endsolid", "color"].contains(&word())
+}
+
+/// Whether this text begins as a JSON object does whose first member is one of glTF, or holds its asset.
+fn is_gltf(text: &str) -> bool {
+    let Some(text) = text.strip_prefix('{') else { return false };
+    let first = text.trim_start().strip_prefix('"').and_then(|text| text.split('"').next()).unwrap_or_default();
+    GLTF_MEMBERS.contains(&first) || text.contains("\"asset\"")
+}
 
 /// Reads the beginning of a file. Returns it, and the whole file again.
 ///

@@ -16,15 +16,12 @@
 use super::mesh::FARTHEST;
 use super::mtl::{MOST_LIBRARIES, Materials, too_many_libraries};
 use super::notices::{Kind, Notices};
-use super::polygon::Triangulator;
+use super::polygon::{MOST_CORNERS, Triangulator};
 use super::statement::{Statement, Statements, number, quoted};
 use crate::Error;
 use glam::DVec3;
 use std::io::{self, BufRead, ErrorKind, Read};
 use std::path::Path;
-
-/// The most corners of a face. Faces with more are refused.
-const MOST_CORNERS: usize = 1 << 16;
 
 /// The most positions or normals, and corners of triangles, whose indices have 32 bits.
 const MOST: usize = u32::MAX as usize;

@@ -8,6 +8,7 @@
 mod camera;
 mod cornell_box;
 mod foreign;
+mod gltf;
 mod guard;
 mod masonry;
 mod mesh;
@@ -15,8 +16,12 @@ mod mtl;
 mod nave;
 mod notices;
 mod obj;
+mod parts;
+mod ply;
 mod polygon;
+mod source;
 mod statement;
+mod stl;
 mod view;
 
 pub use crate::projection::{Extents, Projection};
@@ -43,6 +48,8 @@ pub struct Scene {
     pub mesh: Mesh,
     /// The scene's own camera. It is empty for a scene from a file. [`View::or`] lays a user's choices over it.
     pub view: View,
+    /// The cameras of a glTF file, with their names.
+    pub cameras: Vec<(String, View)>,
     /// The scene's own AO radius R in scene units. It is `None` for a scene from a file.
     pub radius: Option<f64>,
     /// What was left out of the model's files because it could not be read, in words: material files, colours, normals.
@@ -51,30 +58,59 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads an OBJ file by its path, which need not be
-    /// UTF-8.
+    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads a file by its path, which need not be UTF-8.
+    /// The file is an OBJ, PLY, STL or glTF file, or a GLB file. Its format is found by its content.
     ///
     /// # Errors
     /// [`Error::Input`] if there is no such file, or if it is not a model. See [`Mesh::load_obj`].
     pub fn open(name_or_path: impl AsRef<Path>) -> Result<Scene, Error> {
+        Scene::open_with(name_or_path, &|_, _| {})
+    }
+
+    /// Opens a scene as [`Scene::open`] does. While the file is read, `progress` is called with the number of bytes that
+    /// have been read, and with how many there are. If that is not known, as for a pipe, it is 0.
+    ///
+    /// # Errors
+    /// The same as for [`Scene::open`].
+    pub fn open_with(name_or_path: impl AsRef<Path>, progress: &dyn Fn(u64, u64)) -> Result<Scene, Error> {
         let path = name_or_path.as_ref();
         match path.to_str() {
             Some(CORNELL_BOX) => cornell_box::scene(),
             Some(NAVE) => nave::scene(),
-            _ => Scene::from_file(path),
+            _ => Scene::from_file(path, progress),
         }
     }
 
-    fn from_file(path: &Path) -> Result<Scene, Error> {
+    /// Returns the view of the camera that has this name in the scene's file.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there is no such camera. The message names those that there are.
+    pub fn camera(&self, name: &str) -> Result<&View, Error> {
+        if let Some((_, view)) = self.cameras.iter().find(|(known, _)| known == name) {
+            return Ok(view);
+        }
+        let names: Vec<_> = self.cameras.iter().take(20).map(|(name, _)| format!("'{}'", Error::shown(name))).collect();
+        let more = self.cameras.len() - names.len();
+        let there_are = match (names.len(), more) {
+            (0, _) => "this scene has no cameras; glTF files have them".into(),
+            (_, 0) => format!("there are {}", names.join(", ")),
+            _ => format!("there are {} and {more} more", names.join(", ")),
+        };
+        Err(Error::Usage(format!("--camera '{}' is no camera of the scene: {there_are}", Error::shown(name))))
+    }
+
+    fn from_file(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Scene, Error> {
         match path.try_exists() {
             Ok(true) => {}
             _ => {
-                let what = format!("no such file; give an OBJ file, or the built-in scene {CORNELL_BOX} or {NAVE}");
+                let what = format!(
+                    "no such file; give a model (OBJ, PLY, STL, glTF), or the built-in scene {CORNELL_BOX} or {NAVE}"
+                );
                 return Err(Error::input(path, what));
             }
         }
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        let (mesh, notices) = Mesh::load_obj(path)?;
-        Ok(Scene { name, mesh, view: View::default(), radius: None, notices })
+        let source::Contents { mesh, cameras, notices } = source::read(path, progress)?;
+        Ok(Scene { name, mesh, view: View::default(), cameras, radius: None, notices })
     }
 }

@@ -107,6 +107,7 @@ pub(super) fn scene() -> Result<Scene, Error> {
         // and the middles of walls and floors stay light.
         radius: Some(1.5),
         notices: Vec::new(),
+        cameras: Vec::new(),
     })
 }
 

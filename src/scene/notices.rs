@@ -8,6 +8,20 @@ use std::collections::BTreeMap;
 pub(super) enum Kind {
     /// A face of fewer than three corners.
     Face,
+    /// A triangle of an STL file without an area.
+    Facet,
+    /// Points, lines or other parts of a glTF file that are no triangles.
+    Primitive,
+    /// The end of a file that is missing.
+    End,
+    /// Vertex colours, or the colours of an STL file.
+    Tints,
+    /// The texture of a glTF file.
+    Picture,
+    /// A skin or morph targets.
+    Pose,
+    /// A camera that cannot be used.
+    Camera,
     /// A `vn` statement that gives no direction.
     Normal,
     /// A corner whose index of a normal is wrong.
@@ -37,6 +51,13 @@ impl Kind {
             Kind::Colour => ("colours", "its material is white"),
             Kind::Bright => ("colours", "it is taken as 1; write colours from 0 to 1"),
             Kind::Texture => ("textures", "its material has the colour of Kd"),
+            Kind::Facet => ("triangles", "it is left out"),
+            Kind::Primitive => ("primitives", "it is left out"),
+            Kind::End => ("ends", "it may have been cut short"),
+            Kind::Tints => ("colours", "the surface has the colour of its material, or is white"),
+            Kind::Picture => ("textures", "its material has the colour of baseColorFactor"),
+            Kind::Pose => ("parts", "it is drawn in its rest pose"),
+            Kind::Camera => ("cameras", "it is left out"),
             Kind::Face => ("faces", "it is left out"),
             Kind::Material => ("materials", "its triangles are white"),
         }

@@ -57,6 +57,11 @@ impl Mesh {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
         }
         let file = File::open(path).map_err(|e| cannot_read(path, &e))?;
+        Mesh::from_obj(BufReader::new(file), path)
+    }
+
+    /// Reads an OBJ file that has been opened, as [`Mesh::load_obj`] does.
+    pub(super) fn from_obj(file: impl BufRead, path: &Path) -> Result<(Mesh, Vec<String>), Error> {
         // The model's folders: the one in its path, and the one in which the file lies if the path is a symbolic link.
         let folders = [Some(path.to_path_buf()), path.canonicalize().ok()].into_iter().flatten().map(|path| match path
             .parent()
@@ -66,7 +71,7 @@ impl Mesh {
         });
         let folders: Vec<PathBuf> = folders.collect();
         let mut seen = HashSet::new();
-        read(BufReader::new(file), path, |name| {
+        read(file, path, |name| {
             let mut files = mtl::libraries(&folders, name);
             files.retain(|file| file.as_ref().map_or(true, |file| seen.insert(file.real.clone())));
             let open = |file: Result<mtl::Found, String>| {

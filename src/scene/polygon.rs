@@ -4,6 +4,9 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
+/// The most corners of a face. Faces with more are refused.
+pub(super) const MOST_CORNERS: usize = 1 << 16;
+
 /// The most corners of a face that is divided by ear clipping. The time that earcut takes grows with up to the cube of
 /// the number of corners if the outline crosses itself or returns to nearly the same points: it is 20 ms for 512 such
 /// corners, and minutes for 16,000. With this limit a file costs at most some 10 microseconds for each of its bytes,

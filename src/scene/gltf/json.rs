@@ -1,0 +1,238 @@
+//! The parts of a glTF file's JSON that are read. All others are skipped, and need no memory.
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+use std::marker::PhantomData;
+use std::ops::Deref;
+
+/// The most entries of a list, so that a list of `{},{},{}` does not fill the memory.
+const MOST_ENTRIES: usize = 1 << 20;
+
+/// A list of limited length.
+pub(super) struct List<T>(Vec<T>);
+
+impl<T> Default for List<T> {
+    fn default() -> List<T> {
+        List(Vec::new())
+    }
+}
+
+impl<T> Deref for List<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for List<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<List<T>, D::Error> {
+        struct Entries<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
+            type Value = List<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a list")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<List<T>, A::Error> {
+                let mut list = Vec::new();
+                while let Some(entry) = entries.next_element()? {
+                    if list.len() == MOST_ENTRIES {
+                        return Err(A::Error::custom(format!("a list of more than {MOST_ENTRIES} entries")));
+                    }
+                    list.push(entry);
+                }
+                Ok(List(list))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<List<T>, A::Error> {
+                Err(A::Error::custom("an object in place of a list, as in glTF 1; only glTF 2 is read"))
+            }
+        }
+        deserializer.deserialize_any(Entries(PhantomData))
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Root {
+    pub(super) asset: Asset,
+    pub(super) scene: Option<u32>,
+    #[serde(default)]
+    pub(super) scenes: List<Roots>,
+    #[serde(default)]
+    pub(super) nodes: List<Node>,
+    #[serde(default)]
+    pub(super) meshes: List<Shape>,
+    #[serde(default)]
+    pub(super) materials: List<Material>,
+    #[serde(default)]
+    pub(super) cameras: List<Camera>,
+    #[serde(default)]
+    pub(super) accessors: List<Accessor>,
+    #[serde(default)]
+    pub(super) buffer_views: List<BufferView>,
+    #[serde(default)]
+    pub(super) buffers: List<Buffer>,
+    #[serde(default)]
+    pub(super) extensions_required: List<String>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Asset {
+    pub(super) version: String,
+}
+
+/// A scene.
+#[derive(Deserialize)]
+pub(super) struct Roots {
+    #[serde(default)]
+    pub(super) nodes: List<u32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Node {
+    pub(super) name: Option<Box<str>>,
+    #[serde(default)]
+    pub(super) children: List<u32>,
+    pub(super) matrix: Option<Box<[f64; 16]>>,
+    pub(super) translation: Option<Box<[f64; 3]>>,
+    pub(super) rotation: Option<Box<[f64; 4]>>,
+    pub(super) scale: Option<Box<[f64; 3]>>,
+    pub(super) mesh: Option<u32>,
+    pub(super) camera: Option<u32>,
+    pub(super) skin: Option<IgnoredAny>,
+}
+
+/// A mesh.
+#[derive(Deserialize)]
+pub(super) struct Shape {
+    pub(super) primitives: List<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub(super) attributes: Attributes,
+    pub(super) indices: Option<u32>,
+    pub(super) material: Option<u32>,
+    #[serde(default = "triangles")]
+    pub(super) mode: u32,
+    pub(super) targets: Option<IgnoredAny>,
+}
+
+fn triangles() -> u32 {
+    4
+}
+
+#[derive(Deserialize)]
+pub(super) struct Attributes {
+    #[serde(rename = "POSITION")]
+    pub(super) position: Option<u32>,
+    #[serde(rename = "NORMAL")]
+    pub(super) normal: Option<u32>,
+    #[serde(rename = "COLOR_0")]
+    pub(super) colour: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Material {
+    #[serde(default)]
+    pub(super) pbr_metallic_roughness: Surface,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Surface {
+    pub(super) base_color_factor: Option<Box<[f64; 4]>>,
+    pub(super) base_color_texture: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Camera {
+    pub(super) name: Option<Box<str>>,
+    pub(super) perspective: Option<Perspective>,
+    pub(super) orthographic: Option<Orthographic>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Perspective {
+    pub(super) yfov: f64,
+    pub(super) znear: f64,
+    pub(super) zfar: Option<f64>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Orthographic {
+    pub(super) ymag: f64,
+    pub(super) znear: f64,
+    pub(super) zfar: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub(super) buffer_view: Option<u32>,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+    #[serde(default)]
+    pub(super) normalized: bool,
+    pub(super) count: u64,
+    #[serde(rename = "type")]
+    pub(super) shape: Components,
+    pub(super) sparse: Option<Box<Sparse>>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq, Eq)]
+pub(super) enum Components {
+    #[serde(rename = "SCALAR")]
+    Scalar,
+    #[serde(rename = "VEC3")]
+    Vec3,
+    #[serde(other)]
+    Other,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: u64,
+    pub(super) indices: SparseIndices,
+    pub(super) values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub(super) buffer_view: u32,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub(super) buffer_view: u32,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub(super) buffer: u32,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub(super) byte_length: u64,
+    pub(super) uri: Option<Box<str>>,
+}

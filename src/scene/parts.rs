@@ -1,0 +1,81 @@
+//! The parts of a mesh, while they are being read from a PLY, STL or glTF file.
+
+use super::mesh::{Group, Mesh};
+use crate::Error;
+use glam::DVec3;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// The most positions, and corners of triangles, whose indices have 32 bits.
+pub(super) const MOST: usize = u32::MAX as usize;
+
+/// The parts of a mesh. The normals are as many as the positions, or none.
+#[derive(Default)]
+pub(super) struct Parts {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) normals: Vec<DVec3>,
+    /// The colours, and the triangles of each.
+    groups: Vec<([f32; 3], Vec<[u32; 3]>)>,
+    group_of: HashMap<[u32; 3], usize>,
+}
+
+impl Parts {
+    /// Returns the list of the triangles that have this colour.
+    pub(super) fn triangles_of(&mut self, colour: [f32; 3]) -> &mut Vec<[u32; 3]> {
+        let group = *self.group_of.entry(colour.map(f32::to_bits)).or_insert(self.groups.len());
+        if group == self.groups.len() {
+            self.groups.push((colour, Vec::new()));
+        }
+        &mut self.groups[group].1
+    }
+
+    /// Returns whether there is no triangle.
+    pub(super) fn is_empty(&self) -> bool {
+        self.groups.iter().all(|(_, triangles)| triangles.is_empty())
+    }
+
+    /// Makes the mesh, without the positions that no triangle uses. `path` names the file in messages.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no triangle, or if a position is not finite or above 1e15 in magnitude.
+    pub(super) fn into_mesh(self, path: &Path) -> Result<Mesh, Error> {
+        let Parts { mut positions, mut normals, groups, .. } = self;
+        let mut ranges: Vec<Group> = Vec::new();
+        let mut triangles: Vec<[u32; 3]> = Vec::new();
+        let all: usize = groups.iter().map(|(_, triangles)| triangles.len()).sum();
+        for (colour, of_colour) in groups.into_iter().filter(|(_, triangles)| !triangles.is_empty()) {
+            let start = triangles.len();
+            if start == 0 {
+                triangles = of_colour;
+                triangles.reserve_exact(all - triangles.len());
+            } else {
+                triangles.extend(of_colour);
+            }
+            ranges.push(Group { colour, triangles: start..triangles.len() });
+        }
+        leave_out_unused(&mut positions, &mut normals, &mut triangles);
+        let mesh = Mesh::new(positions, triangles).and_then(|mesh| mesh.with_groups(ranges));
+        let mesh = mesh.and_then(|mesh| if normals.is_empty() { Ok(mesh) } else { mesh.with_normals(normals) });
+        mesh.map_err(|e| Error::input(path, e.to_string()))
+    }
+}
+
+/// Leaves out the positions that no triangle uses, because they would widen the bounds of the mesh.
+fn leave_out_unused(positions: &mut Vec<DVec3>, normals: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) {
+    let mut used = vec![false; positions.len()];
+    triangles.iter().flatten().for_each(|&i| used[i as usize] = true);
+    if used.iter().all(|&used| used) {
+        return;
+    }
+    let mut new = Vec::with_capacity(positions.len());
+    let mut count = 0;
+    for &used in &used {
+        new.push(count);
+        count += u32::from(used);
+    }
+    triangles.iter_mut().flatten().for_each(|i| *i = new[*i as usize]);
+    for vectors in [positions, normals] {
+        let mut used = used.iter();
+        vectors.retain(|_| used.next() == Some(&true));
+    }
+}
