@@ -163,7 +163,7 @@ pub(super) fn is_binary(head: &[u8]) -> bool {
 }
 
 /// Binary STL has no mark of its own: 80 bytes of anything, the number of triangles, and for each triangle its unit
-/// normal, which may be zero, three corners, and two bytes that are nearly always zero.
+/// normal, which may be zero, three corners, and two bytes of anything.
 fn is_binary_stl(head: &[u8]) -> bool {
     let Some((start, triangles)) = head.split_at_checked(84) else { return false };
     let count = u32::from_le_bytes([start[80], start[81], start[82], start[83]]);
@@ -171,7 +171,7 @@ fn is_binary_stl(head: &[u8]) -> bool {
         let mut numbers = triangle.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
         let length_squared: f32 = numbers.by_ref().take(3).map(|x| x * x).sum();
         let unit = length_squared == 0.0 || (0.9..1.1).contains(&length_squared);
-        unit && numbers.all(|x| x == 0.0 || (1e-15..1e15).contains(&x.abs())) && triangle[48..] == [0, 0]
+        unit && numbers.all(|x| x == 0.0 || (1e-15..1e15).contains(&x.abs()))
     };
     let mut whole = triangles.chunks_exact(50).take(count as usize).peekable();
     whole.peek().is_some() && whole.all(fits)

@@ -30,6 +30,7 @@ pub use mesh::{Group, Mesh};
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;
+use std::io::BufRead;
 use std::path::Path;
 
 /// The name of the built-in Cornell box, the default scene.
@@ -109,8 +110,21 @@ impl Scene {
                 return Err(Error::input(path, what));
             }
         }
+        source::read(path, progress).map(|contents| Scene::of(path, contents))
+    }
+
+    /// Reads a model from memory or from a stream, as [`Scene::open`] reads the file of this path. Files that the model
+    /// names are looked for beside that path.
+    ///
+    /// # Errors
+    /// The same as for [`Scene::open`].
+    pub fn read(model: impl BufRead, path: &Path) -> Result<Scene, Error> {
+        source::read_from(model, path, None).map(|contents| Scene::of(path, contents))
+    }
+
+    fn of(path: &Path, contents: source::Contents) -> Scene {
+        let source::Contents { mesh, cameras, notices } = contents;
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        let source::Contents { mesh, cameras, notices } = source::read(path, progress)?;
-        Ok(Scene { name, mesh, view: View::default(), cameras, radius: None, notices })
+        Scene { name, mesh, view: View::default(), cameras, radius: None, notices }
     }
 }

@@ -37,14 +37,18 @@ impl<R> Source<'_, R> {
 /// Reads a model. `progress` is called with the number of bytes that have been read, and with how many there are, or 0
 /// if that is not known.
 pub(super) fn read(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Contents, Error> {
-    let cannot_read = |e: io::Error| Error::input(path, format!("cannot be read: {e}"));
     if path.is_dir() {
         return Err(Error::input(path, "is a folder; name a file: OBJ, PLY, STL or glTF"));
     }
-    let file = File::open(path).map_err(cannot_read)?;
+    let file = File::open(path).map_err(|e| cannot_read(path, &e))?;
     let length = file.metadata().ok().filter(|file| file.is_file()).map(|file| file.len());
     let counted = Counted { file, read: 0, length: length.unwrap_or(0), progress };
-    let (head, bytes) = foreign::head(BufReader::with_capacity(BLOCK, counted)).map_err(cannot_read)?;
+    read_from(BufReader::with_capacity(BLOCK, counted), path, length)
+}
+
+/// Reads a model from a stream. `path` names it in messages, and the files that it names are looked for beside it.
+pub(super) fn read_from(bytes: impl BufRead, path: &Path, length: Option<u64>) -> Result<Contents, Error> {
+    let (head, bytes) = foreign::head(bytes).map_err(|e| cannot_read(path, &e))?;
     let source = Source { bytes, path, length };
     let mut notices = Notices::default();
     let (mesh, cameras) = match foreign::model(&head, length) {
@@ -59,6 +63,10 @@ pub(super) fn read(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Contents,
         Model::Gltf => gltf::read_text(source, &mut notices)?,
     };
     Ok(Contents { mesh, cameras, notices: notices.lines() })
+}
+
+fn cannot_read(path: &Path, error: &io::Error) -> Error {
+    Error::input(path, format!("cannot be read: {error}"))
 }
 
 /// Counts the bytes that are read from a file.

@@ -7,6 +7,7 @@ mod bench;
 mod cli;
 mod command_line;
 mod compare;
+mod formats;
 mod glx;
 mod hostile_commands;
 mod image;

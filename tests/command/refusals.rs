@@ -76,7 +76,7 @@ fn scenes_that_make_no_sense() {
         (
             FAILED,
             "bunny.ply",
-            "bunny.ply: this is a PLY file, and only OBJ is read: convert it to OBJ, for example with",
+            "bunny.ply: its element vertex lacks a property x, y or z",
         ),
         (FAILED, "utf16.obj", "utf16.obj: this is text in UTF-16, and only UTF-8 is read: save it as UTF-8"),
         (FAILED, "taken.png", "taken.png: "),

@@ -1,7 +1,15 @@
 //! Tests of what needs no OpenGL: reading and writing models, cameras, image files and settings files.
 
 mod camera;
+mod formats;
 mod image_files;
 mod layers;
 mod scene;
 mod settings;
+
+#[path = "../rig/random.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod random;
+#[path = "../rig/formats.rs"]
+#[allow(unreachable_pub)]
+mod written;

@@ -130,8 +130,9 @@ fn files_without_faces_are_refused() {
 
 #[test]
 fn a_file_of_another_format_is_called_what_it_is_and_the_message_says_what_to_do() {
-    let convert = "and only OBJ is read: convert it to OBJ, for example with Blender or MeshLab";
-    let unpack = "and only OBJ is read: unpack it and give the OBJ file inside";
+    let convert = "and only OBJ, PLY, STL and glTF are read: convert it to one of them, for example with Blender or MeshLab";
+    let open = "and Mesh::load_obj reads only OBJ: open it with Scene::open";
+    let unpack = "and only OBJ, PLY, STL and glTF are read: unpack it and give the file inside";
     let utf8 = "and only UTF-8 is read: save it as UTF-8";
     let numbers = |numbers: &[f32]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
     let stl = |header: &[u8]| {
@@ -142,15 +143,15 @@ fn a_file_of_another_format_is_called_what_it_is_and_the_message_says_what_to_do
     let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nend_header\nv\nf 1 2 x\n";
     let inside = [b"PK\x03\x04".as_slice(), &[0; 26], b"model.obj", TRIANGLE.as_bytes()].concat();
     let cases: [(&[u8], &str, &str); 26] = [
-        (ply.as_bytes(), "a PLY file", convert),
-        (b"ply\r\nformat ascii 1.0\r\n", "a PLY file", convert),
-        (b"solid part\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n", "an STL file", convert),
-        (&stl(b"exported"), "an STL file", convert),
-        (&stl(b"solid exported\nv 1 2\n"), "an STL file", convert),
-        (b"{\"asset\":{\"version\":\"2.0\"}}", "a glTF file", convert),
-        (b"  {\n \"bufferViews\": [", "a glTF file", convert),
+        (ply.as_bytes(), "a PLY file", open),
+        (b"ply\r\nformat ascii 1.0\r\n", "a PLY file", open),
+        (b"solid part\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n", "an STL file", open),
+        (&stl(b"exported"), "an STL file", open),
+        (&stl(b"solid exported\nv 1 2\n"), "an STL file", open),
+        (b"{\"asset\":{\"version\":\"2.0\"}}", "a glTF file", open),
+        (b"  {\n \"bufferViews\": [", "a glTF file", open),
         (b"{\"a\": 1}", "a JSON file", convert),
-        (b"glTF\x02\0\0\0\x14\0\0\0", "a glTF file", convert),
+        (b"glTF\x02\0\0\0\x14\0\0\0", "a glTF file", open),
         (b"Kaydara FBX Binary  \0\x1a\0\xe8\x1c\0\0", "an FBX file", convert),
         (b"; FBX 7.3.0 project file\n", "an FBX file", convert),
         (b"BLENDER-v293", "a Blender file", "export it from Blender"),

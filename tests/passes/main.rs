@@ -16,6 +16,7 @@ mod depth_slices;
 mod edges;
 mod exit;
 mod extremes;
+mod formats;
 mod golden;
 mod half_resolution;
 mod inputs;

@@ -8,6 +8,7 @@ pub mod command;
 pub mod compare;
 pub mod debug;
 pub mod faults;
+pub mod formats;
 pub mod process;
 pub mod random;
 pub mod scenes;
