@@ -3,6 +3,7 @@
 //! clap accepts every value as text, and this module converts the text. In this way each message is one line that names
 //! the flag and the values it accepts, and a value may begin with a minus.
 
+use super::camera;
 use crate::picture::FileFormat;
 use crate::terminal::keep_stdout_for_a_file;
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
@@ -34,6 +35,8 @@ pub(crate) struct Flags {
     pub(crate) size: (u32, u32),
     /// The parts of the camera that flags set. The scene's own camera supplies the rest.
     pub(crate) view: View,
+    /// Notices about the flags of the camera.
+    notices: Vec<String>,
     /// Which library creates the OpenGL context.
     pub(crate) backend: Backend,
     knobs: KnobFlags,
@@ -123,52 +126,10 @@ pub(crate) fn arguments() -> Vec<Arg> {
     let scene = format!("An OBJ file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
     let scene = Arg::new("scene").value_name("SCENE").value_parser(value_parser!(OsString)).help(scene);
     let mut all = vec![scene, size_argument()];
-    all.extend(
-        [
-            signed("eye", "X,Y,Z", "Camera position [default: the scene's own, or one that frames the whole scene]"),
-            signed("target", "X,Y,Z", "Point that the camera looks at [default: the scene's own, or its centre]"),
-            signed("up", "X,Y,Z", "Direction that points up in the image [default: the scene's own, or 0,1,0]"),
-        ]
-        .into_iter()
-        .chain(lens_arguments("1 to 175; default: the scene's own, or 45"))
-        .chain([
-            valued("near", "Z", "Smallest visible depth [default: chosen so that nothing is clipped]"),
-            valued("far", "Z", "Largest visible depth [default: chosen so that nothing is clipped]"),
-        ])
-        .map(|arg| arg.help_heading("Camera")),
-    );
+    all.extend(camera::arguments());
     all.extend(knob_arguments());
     all.push(backend_argument());
     all
-}
-
-/// Makes the flags that say how much a camera's image shows. `angles` says which fields of view are accepted.
-pub(crate) fn lens_arguments(angles: &str) -> [Arg; 4] {
-    [
-        valued("fov-y", "DEG", format!("Vertical field of view of a perspective camera [{angles}]"))
-            .conflicts_with_all(["ortho", "frustum", "ortho-frustum"]),
-        valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units")
-            .conflicts_with_all(["frustum", "ortho-frustum"]),
-        signed(
-            "frustum",
-            "L,R,B,T",
-            "Left, right, bottom and top edge of a perspective camera's image at depth 1, in place of --fov-y",
-        )
-        .conflicts_with("ortho-frustum"),
-        signed(
-            "ortho-frustum",
-            "L,R,B,T",
-            "Left, right, bottom and top edge of an orthographic camera's image, in scene units, in place of --ortho",
-        ),
-    ]
-}
-
-/// Reads the values of [`lens_arguments`], which exclude each other.
-pub(crate) fn read_lens(matches: &ArgMatches) -> Result<Option<Lens>, Error> {
-    let lens = number(matches, "fov-y")?.map(|degrees| Lens::FovY(degrees.to_radians()));
-    let lens = lens.or(number(matches, "ortho")?.map(Lens::Height));
-    let lens = lens.or(extents(matches, "frustum")?.map(Lens::Frustum));
-    Ok(lens.or(extents(matches, "ortho-frustum")?.map(Lens::OrthoFrustum)))
 }
 
 /// Makes the flags of all settings, and that of the settings file.
@@ -266,19 +227,13 @@ fn knob_argument(knob: &'static Knob) -> Arg {
 impl Flags {
     /// Reads and checks all shared flags. The settings file is the only file that it opens.
     pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
-        let view = View {
-            eye: point(matches, "eye")?,
-            target: point(matches, "target")?,
-            up: point(matches, "up")?,
-            lens: read_lens(matches)?,
-            near: number(matches, "near")?,
-            far: number(matches, "far")?,
-        };
-        view.check()?;
+        let size = read_size(matches)?;
+        let (view, notices) = camera::read(matches, size)?;
         let flags = Flags {
             scene: matches.get_one("scene").cloned().unwrap_or_else(|| CORNELL_BOX.into()),
-            size: read_size(matches)?,
+            size,
             view,
+            notices,
             backend: read_backend(matches)?,
             knobs: KnobFlags::read(matches)?,
         };
@@ -300,7 +255,7 @@ impl Flags {
         }
         let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
         let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
-        let notices = [scene.notices.as_slice(), &of_camera].concat();
+        let notices = [self.notices.as_slice(), &scene.notices, &of_camera].concat();
         Ok(Opened { scene, settings, camera, notices, empty })
     }
 
@@ -426,15 +381,6 @@ pub(crate) fn numbers<const N: usize>(matches: &ArgMatches, name: &str, form: &s
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
     numbers.map(Some).ok_or_else(|| Error::Usage(format!("--{name}: '{text}' is not {form}")))
-}
-
-fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
-    let point = numbers(matches, name, "X,Y,Z, three numbers separated by commas, such as 0,1.5,-3")?;
-    Ok(point.map(DVec3::from_array))
-}
-
-fn extents(matches: &ArgMatches, name: &str) -> Result<Option<[f64; 4]>, Error> {
-    numbers(matches, name, "L,R,B,T, four numbers separated by commas, such as -0.4,0.6,-0.3,0.3")
 }
 
 fn size(text: &str) -> Result<(u32, u32), Error> {

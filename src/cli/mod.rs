@@ -3,6 +3,7 @@
 //! Nothing here panics on the contents of a flag or a file: each error becomes one line on stderr and an exit code.
 
 mod bench;
+mod camera;
 mod compare;
 mod completions;
 mod flags;

@@ -4,6 +4,7 @@
 mod rig;
 
 mod bench;
+mod cameras;
 mod cli;
 mod command_line;
 mod compare;
