@@ -36,7 +36,7 @@ pub(crate) struct Flags {
     /// The parts of the camera that flags set. The scene's own camera supplies the rest.
     pub(crate) view: View,
     /// Notices about the flags of the camera.
-    notices: Vec<String>,
+    pub(crate) notices: Vec<String>,
     /// Which library creates the OpenGL context.
     pub(crate) backend: Backend,
     knobs: KnobFlags,
@@ -244,6 +244,15 @@ impl Flags {
     /// Opens the scene, and takes the scene's own values for the camera and the settings that neither flags nor the
     /// settings file give.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
+        let (scene, settings) = self.open_scene()?;
+        let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
+        let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
+        let notices = [self.notices.as_slice(), &scene.notices, &of_camera].concat();
+        Ok(Opened { scene, settings, camera, notices, empty })
+    }
+
+    /// Opens the scene, and returns it with the settings. The radius may still be a percentage of the scene's size.
+    pub(crate) fn open_scene(&self) -> Result<(Scene, Settings), Error> {
         let scene = Scene::open(&self.scene)?;
         let own = self.knobs.defaults(Settings::for_scene)?;
         let radius = scene.radius.map_or(own.radius, Radius::Units);
@@ -253,14 +262,16 @@ impl Flags {
                 "all its points coincide, so a radius in percent of its size would be 0: give --radius in scene units";
             return Err(Error::Input { path: self.scene.clone().into(), what: what.into() });
         }
-        let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
-        let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
-        let notices = [self.notices.as_slice(), &scene.notices, &of_camera].concat();
-        Ok(Opened { scene, settings, camera, notices, empty })
+        Ok((scene, settings))
     }
 
     /// Returns the scene, the size and the camera in the form in which they are stored in the metadata of images.
     pub(crate) fn seen(&self, camera: &Camera) -> toml::Table {
+        self.seen_through(camera, self.view.lens)
+    }
+
+    /// The same for a camera whose lens is not that of the flags.
+    pub(crate) fn seen_through(&self, camera: &Camera, lens: Option<Lens>) -> toml::Table {
         let numbers = |v: DVec3| toml::Value::from(v.to_array().to_vec());
         let mut render = toml::Table::new();
         let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
@@ -277,7 +288,7 @@ impl Flags {
         // Extents that are those of a field of view or a height are written as these, so that the file is the same.
         let symmetric = camera.projection.middle_at(1.0) == [0.0; 2]
             && half_width == half_height * (f64::from(self.size.0) / f64::from(self.size.1));
-        match self.view.lens {
+        match lens {
             Some(Lens::Frustum(edges)) if !symmetric => put("frustum", edges.to_vec().into()),
             Some(Lens::OrthoFrustum(edges)) if !symmetric => put("ortho-frustum", edges.to_vec().into()),
             _ if camera.projection.is_perspective() => {

@@ -12,6 +12,7 @@ mod image;
 mod info;
 mod paper;
 mod render;
+mod sequence;
 mod session;
 mod tile;
 mod trade;
@@ -59,6 +60,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("paper", matches)) => paper::run(matches),
         Some(("compare", matches)) => compare::run(matches),
         Some(("image", matches)) => image::run(matches),
+        Some(("sequence", matches)) => sequence::run(matches),
         Some(("view", matches)) => view::run(matches),
         Some(("info", _)) => info::run(),
         Some(("completions", matches)) => completions::run(matches, command()),
@@ -88,6 +90,7 @@ fn command() -> Command {
         .subcommand(paper::command())
         .subcommand(compare::command())
         .subcommand(image::command())
+        .subcommand(sequence::command())
         .subcommand(view::command())
         .subcommand(info::command())
         .subcommand(completions::command())

@@ -10,12 +10,11 @@ use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::Outputs;
-use hbao::measure::Reach;
 use hbao::settings::Settings;
 use hbao::{Apply, Error, Pipeline, Request};
 use std::path::PathBuf;
 
-const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
+pub(super) const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
 const EXPLANATION: &str = "\
 Each image also holds the settings that it was made with, and the name of the scene's file without its folder: a PNG in
@@ -187,13 +186,19 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
         times = pipeline.render(&scene.mesh, &region.camera)?;
     }
 
-    notice(&pipeline, &flags, &opened, &resolved, &region)?.iter().for_each(|notice| say(notice));
+    let (depth, kept) = (pipeline.depth()?, region.kept.as_ref());
+    let nothing = || match kept {
+        Some(_) => Some("no surface lies in this tile".into()),
+        None => (!opened.empty).then(|| unmeant::empty(&flags, &scene.mesh, camera)),
+    };
+    let unmeant = unmeant::of(&pipeline, &depth, region.camera.projection, &resolved, kept, nothing)?;
+    unmeant.iter().for_each(|notice| say(notice));
 
     let mut render = flags.seen(camera);
     if let Some(tile) = &tile {
         render.insert("tile".into(), tile.given().into());
     }
-    let origin = origin(settings, render, &wanted, context, pipeline.samples());
+    let origin = origin(settings, render, wanted.apply, context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.
@@ -222,40 +227,18 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the notice about a picture without surfaces, or about visibility of 1 that the user hardly meant.
-fn notice(
-    pipeline: &Pipeline,
-    flags: &Flags,
-    opened: &Opened,
-    settings: &Settings,
-    region: &Region,
-) -> Result<Option<String>, Error> {
-    let Opened { scene, camera, empty, .. } = opened;
-    let depth = pipeline.depth()?;
-    if let Some(kept) = &region.kept {
-        if !kept.of(&depth).texels.iter().any(|z| z.is_finite()) {
-            return Ok(Some("no surface lies in this tile".into()));
-        }
-    } else if !depth.texels.iter().any(|z| z.is_finite()) {
-        return Ok((!empty).then(|| unmeant::empty(flags, &scene.mesh, camera)));
-    }
-    if !pipeline.makes_ao() || !settings.method.computes() {
-        return Ok(None);
-    }
-    let radius = unmeant::radius(settings, "--radius or --size", |settings| {
-        Reach::of(&depth, region.camera.projection, settings)
-    })?;
-    let visibility = pipeline.ao()?;
-    let visibility = region.kept.as_ref().map_or_else(|| visibility.clone(), |kept| kept.of(&visibility));
-    Ok(radius.or(unmeant::open(&visibility, settings, settings.method.reads("radius"))))
-}
-
 /// Returns the metadata of an image: the text of a settings file, followed by the table `render` with everything else
 /// that determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same
 /// image by EGL and by OSMesa, and without the backend the two files are equal to the byte.
-fn origin(settings: &Settings, mut render: toml::Table, wanted: &Wanted, context: &Context, samples: u32) -> String {
+pub(super) fn origin(
+    settings: &Settings,
+    mut render: toml::Table,
+    apply: Apply,
+    context: &Context,
+    samples: u32,
+) -> String {
     let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
-    let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);
+    let apply = APPLY.iter().find(|&&(_, one)| one == apply).map_or("", |&(name, _)| name);
     put("apply", apply.into());
     put("samples", i64::from(samples).into());
     put("renderer", context.renderer().into());

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use glam::DVec3;
+use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -147,6 +148,25 @@ impl Mesh {
         let of_four = |Range { start, end }: &Range<usize>| 4 * start..4 * end;
         let groups = self.groups.iter().map(|g| Group { colour: g.colour, triangles: of_four(&g.triangles) }).collect();
         Mesh { positions, triangles, groups, normals }
+    }
+
+    /// Returns the SHA-256 of all that the mesh holds, in hexadecimal. Two meshes with the same one give the same
+    /// pictures.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        let Mesh { positions, triangles, groups, normals } = self;
+        let mut hash = Sha256::new();
+        // Each list begins with its length, so that no two meshes give the same bytes.
+        hash.update(positions.len().to_le_bytes());
+        positions.iter().chain(normals).flat_map(DVec3::to_array).for_each(|x| hash.update(x.to_le_bytes()));
+        hash.update(triangles.len().to_le_bytes());
+        triangles.iter().flatten().for_each(|i| hash.update(i.to_le_bytes()));
+        hash.update(groups.len().to_le_bytes());
+        for Group { colour, triangles } in groups {
+            colour.iter().for_each(|x| hash.update(x.to_le_bytes()));
+            hash.update(triangles.end.to_le_bytes());
+        }
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Returns the bounding box of all positions, as its smallest and its largest corner.

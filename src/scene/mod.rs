@@ -14,6 +14,7 @@ mod mtl;
 mod nave;
 mod notices;
 mod obj;
+mod path;
 mod polygon;
 mod statement;
 mod view;
@@ -21,6 +22,7 @@ mod view;
 pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
+pub use path::{CameraPath, Interpolation, Key, Turntable};
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;
