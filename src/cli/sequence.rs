@@ -148,10 +148,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let (mut rendered, mut failed) = (0_usize, None);
     thread::scope(|scope| {
         let (done, finished) = channel();
-        for index in 0..contexts {
+        let start = |index| {
             let (work, done) = (&work, done.clone());
-            scope.spawn(move || work.run(index == 0, &done));
-        }
+            scope.spawn(move || work.run(index == 0, &done))
+        };
+        let workers: Vec<_> = (0..contexts).map(start).collect();
         drop(done);
         for result in finished {
             match result {
@@ -172,6 +173,13 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
                 }
             }
         }
+        // The end of the scope does not wait for what Mesa does at the end of a thread, and the end of the process must
+        // not run into that.
+        workers.into_iter().for_each(|worker| {
+            if let Err(panic) = worker.join() {
+                std::panic::resume_unwind(panic);
+            }
+        });
     });
     progress.finish_and_clear();
     if let Some(error) = failed {

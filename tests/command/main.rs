@@ -15,6 +15,7 @@ mod page;
 mod paper;
 mod refusals;
 mod scenes;
+mod sequence;
 mod tiles;
 mod trade;
 mod tune;
