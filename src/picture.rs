@@ -175,7 +175,6 @@ impl ImageKind {
     }
 
     /// Reads the image back.
-    #[cfg(feature = "view")]
     pub(crate) fn pixels(&self, pipeline: &Pipeline, settings: &Settings) -> Result<Pixels, Error> {
         (self.read)(pipeline, settings)
     }
@@ -215,6 +214,11 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
+    /// Returns the part as its left and bottom pixel, its width and its height.
+    pub(crate) fn part(&self) -> [u32; 4] {
+        [self.corner.0, self.corner.1, self.size.0, self.size.1]
+    }
+
     /// Cuts the part out of an image of the rendering. If the image has half resolution, the part consists of those
     /// texels that stand for its pixels: the texel i for the pixel 2i. If there is none, it is the one texel that holds
     /// the part's pixels.
@@ -277,7 +281,7 @@ pub(crate) enum Pixels {
 
 impl Pixels {
     /// Returns the part of the image that is kept.
-    fn part(&self, kept: &Kept) -> Pixels {
+    pub(crate) fn part(&self, kept: &Kept) -> Pixels {
         match self {
             Pixels::Colours(image) => Pixels::Colours(kept.of(image)),
             Pixels::Visibility(image) => Pixels::Visibility(kept.of(image)),
@@ -290,33 +294,55 @@ impl Pixels {
 
     /// Encodes the image as the bytes of a file.
     pub(crate) fn encode(&self, format: FileFormat, text: Text) -> Result<Vec<u8>, Error> {
-        match (self, format) {
-            (Pixels::Colours(image), FileFormat::Png) => png::encode(image, text),
-            (Pixels::Colours(image), FileFormat::Exr) => exr::encode(&image.map(|colour| colour.map(unit)), text),
-            (Pixels::Visibility(image), FileFormat::Png) => png::encode(&image.map(byte), text),
-            (Pixels::Visibility(image) | Pixels::Depth(image), FileFormat::Exr) => exr::encode(image, text),
-            (Pixels::Depth(image), FileFormat::Png) => png::encode(&grey_depth(image), text),
-            (Pixels::Vectors(image) | Pixels::Rotations(image), FileFormat::Png) => {
-                png::encode(&image.map(vector_colour), text)
-            }
-            (Pixels::Vectors(image) | Pixels::Rotations(image), FileFormat::Exr) => exr::encode(image, text),
-            (Pixels::Mask(image), FileFormat::Png) => png::encode(&image.map(|set| if set { 255 } else { 0 }), text),
-            (Pixels::Mask(image), FileFormat::Exr) => exr::encode(&image.map(|set| if set { 1.0 } else { 0.0 }), text),
+        if format == FileFormat::Png {
+            return match self.eight_bit() {
+                EightBit::Grey(image) => png::encode(&image, text),
+                EightBit::Colours(image) => png::encode(&image, text),
+            };
+        }
+        match self {
+            Pixels::Colours(image) => exr::encode(&image.map(|colour| colour.map(unit)), text),
+            Pixels::Visibility(image) | Pixels::Depth(image) => exr::encode(image, text),
+            Pixels::Vectors(image) | Pixels::Rotations(image) => exr::encode(image, text),
+            Pixels::Mask(image) => exr::encode(&image.map(|set| if set { 1.0 } else { 0.0 }), text),
         }
     }
+
+    /// Returns the number of texels of a row.
+    pub(crate) fn width(&self) -> usize {
+        match self {
+            Pixels::Colours(image) => image.width,
+            Pixels::Visibility(image) | Pixels::Depth(image) => image.width,
+            Pixels::Vectors(image) | Pixels::Rotations(image) => image.width,
+            Pixels::Mask(image) => image.width,
+        }
+    }
+
+    /// Returns what a PNG of the image holds.
+    pub(crate) fn eight_bit(&self) -> EightBit {
+        match self {
+            Pixels::Colours(image) => EightBit::Colours(image.clone()),
+            Pixels::Visibility(image) => EightBit::Grey(image.map(byte)),
+            Pixels::Depth(image) => EightBit::Grey(grey_depth(image)),
+            Pixels::Vectors(image) | Pixels::Rotations(image) => EightBit::Colours(image.map(vector_colour)),
+            Pixels::Mask(image) => EightBit::Grey(image.map(|set| if set { 255 } else { 0 })),
+        }
+    }
+}
+
+/// An image as a PNG holds it.
+pub(crate) enum EightBit {
+    Grey(Image<u8>),
+    Colours(Image<[u8; 3]>),
 }
 
 #[cfg(feature = "view")]
 impl Pixels {
     /// Returns the colours that a PNG of the image shows.
     pub(crate) fn shown(&self) -> Image<[u8; 3]> {
-        let grey = |byte: u8| [byte; 3];
-        match self {
-            Pixels::Colours(image) => image.clone(),
-            Pixels::Visibility(image) => image.map(|a| grey(byte(a))),
-            Pixels::Depth(image) => grey_depth(image).map(grey),
-            Pixels::Vectors(image) | Pixels::Rotations(image) => image.map(vector_colour),
-            Pixels::Mask(image) => image.map(|set| grey(if set { 255 } else { 0 })),
+        match self.eight_bit() {
+            EightBit::Grey(image) => image.map(|grey| [grey; 3]),
+            EightBit::Colours(image) => image,
         }
     }
 

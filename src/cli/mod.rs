@@ -11,6 +11,7 @@ mod folder;
 mod image;
 mod info;
 mod paper;
+mod poster;
 mod render;
 mod sequence;
 mod session;

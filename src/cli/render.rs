@@ -2,16 +2,17 @@
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
+use super::poster::{self, Poster};
 use super::session::{open_context, samples_given, timings};
 use super::tile::{self, Region, Tile};
 use super::unmeant;
-use crate::picture::{self, FileFormat, ImageKind};
+use crate::picture::{self, FileFormat, ImageKind, Kept};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::Outputs;
 use hbao::settings::Settings;
-use hbao::{Apply, Error, Pipeline, Request};
+use hbao::{Apply, Error, Pipeline, Request, size_limit};
 use std::path::PathBuf;
 
 pub(super) const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
@@ -26,6 +27,7 @@ Examples:
   hbao render -o left.png --eye -200,300,-600 --target 278,273,280 --fov-y 50
   hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
   hbao render -o final.png --dump images --timings times.json
+  hbao render -o poster.png --size 30000x20000 --radius 40 --blur 0
   hbao render -o poster-1-0.png --size 30000x20000 --tile 1/4,0/3
   hbao render -o - > cornell.png";
 
@@ -47,6 +49,7 @@ pub(crate) fn command() -> Command {
         .args(outputs.map(|arg| arg.help_heading("Output")))
         .args(flags::arguments())
         .arg(tile::argument().help_heading("Camera"))
+        .arg(poster::argument().help_heading("Output"))
         .after_help(format!("The images of --show:\n{}\n{EXPLANATION}", images_in_words()))
 }
 
@@ -127,6 +130,23 @@ impl Wanted {
         Some(settings.idle(flag).map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
     }
 
+    /// Refuses what cannot be written in tiles.
+    fn check_poster(&self) -> Result<(), Error> {
+        let refuse = |what: &str| {
+            Err(Error::Usage(format!("the image is rendered in tiles, and {what}: render its parts by --tile instead")))
+        };
+        if self.format == FileFormat::Exr {
+            return refuse("an EXR is written in one piece");
+        }
+        if self.shown == "depth" {
+            return refuse("the greys of a PNG of depth depend on the whole image");
+        }
+        if self.dump.is_some() || self.timings.is_some() {
+            return refuse("--dump and --timings are of an image in one piece");
+        }
+        Ok(())
+    }
+
     /// Returns the settings to render with. The blur is turned off if no written image needs it.
     fn needed(&self, settings: Settings) -> Settings {
         let blur = if self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
@@ -173,13 +193,27 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     idle.chain(told.iter().cloned()).for_each(|notice| say(&notice));
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
+    let side = poster::read(matches)?;
+    let most = flags.size.0.max(flags.size.1);
+    if tile.is_none() && (side.is_some() || most > size_limit(context.gl())) {
+        wanted.check_poster()?;
+        // Its size does not matter: it gets that of each tile.
+        let mut pipeline = Pipeline::new(context.gl(), (8, 8), &resolved, wanted.request())?;
+        tell(&pipeline, settings);
+        let origin = origin(settings, flags.seen(camera), wanted.apply, context, pipeline.samples());
+        let text = flags::stored_text(matches, &origin);
+        let (request, show) = (wanted.request(), wanted.show);
+        let pipeline = &mut pipeline;
+        return Poster { context, flags: &flags, opened: &opened, settings: &resolved, request, show, side, pipeline }
+            .write(&wanted.output, &text);
+    }
     let region = match &tile {
         Some(tile) => tile.region(context.gl(), &scene.mesh, camera, &resolved, wanted.request())?,
         None => Region { size: flags.size, camera: *camera, kept: None },
     };
     let mut pipeline = Pipeline::new(context.gl(), region.size, &resolved, wanted.request())?;
-    pipeline.notices().iter().for_each(|notice| say(notice));
-    samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
+    pipeline.restrict(region.kept.as_ref().map(Kept::part));
+    tell(&pipeline, settings);
     let mut times = pipeline.render(&scene.mesh, &region.camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
@@ -196,7 +230,7 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
 
     let mut render = flags.seen(camera);
     if let Some(tile) = &tile {
-        render.insert("tile".into(), tile.given().into());
+        render.insert("tile".into(), tile.value().into());
     }
     let origin = origin(settings, render, wanted.apply, context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
@@ -225,6 +259,12 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
         made.keep();
     }
     Ok(())
+}
+
+/// Reports what the driver gives in place of what the settings ask for.
+fn tell(pipeline: &Pipeline, settings: &Settings) {
+    pipeline.notices().iter().for_each(|notice| say(notice));
+    samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
 }
 
 /// Returns the metadata of an image: the text of a settings file, followed by the table `render` with everything else

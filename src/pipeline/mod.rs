@@ -63,6 +63,8 @@ pub struct Pipeline {
     composite: Option<FinalImage>,
     full_screen: FullScreen,
     kept: Kept,
+    /// The part of the picture in which ambient occlusion is computed, if that is not all of it.
+    within: Option<[u32; 4]>,
     timers: Timers,
     notices: Vec<String>,
 }
@@ -139,6 +141,7 @@ impl Pipeline {
             composite,
             full_screen: FullScreen::new(gl)?,
             kept: Kept::default(),
+            within: None,
             timers: Timers::new(gl, request.timings)?,
             notices,
         })
@@ -239,7 +242,7 @@ impl Pipeline {
 
         let inputs = self.inputs(camera);
         if let Some(ao) = &mut self.ao {
-            let extras = Extras { raw: self.request.raw, edges: self.request.edges };
+            let extras = Extras { raw: self.request.raw, edges: self.request.edges, within: self.within };
             self.kept = ao.run(&inputs, &mut self.timers, extras)?;
             if let (Some(FinalImage { pass, target, .. }), Some(colour)) = (&self.composite, &targets.colour) {
                 self.timers.pass("composite", || {
@@ -250,6 +253,24 @@ impl Pipeline {
             }
         }
         Ok(self.timers.take())
+    }
+
+    /// Computes ambient occlusion only in a part of the picture from now on, or, with `None`, in all of it. The part is
+    /// given by its lower left pixel, its width and its height. It is widened by [`Settings::blur_reach`], so that the
+    /// blur within it is the same. Elsewhere ambient occlusion is 1. The G-buffer is still the whole picture's.
+    ///
+    /// A part of a large picture, which needs the depth and the normals of a guard band around it, costs no more than
+    /// its own pixels in this way.
+    pub fn restrict(&mut self, part: Option<[u32; 4]>) {
+        let reach = self.settings.blur_reach();
+        let along = |first: u32, count: u32, side: u32| {
+            let start = first.saturating_sub(reach).min(side);
+            [start, first.saturating_add(count).saturating_add(reach).min(side) - start]
+        };
+        self.within = part.map(|[left, bottom, width, height]| {
+            let [x, y] = [along(left, width, self.size.0), along(bottom, height, self.size.1)];
+            [x[0], y[0], x[1], y[1]]
+        });
     }
 
     /// Returns the inputs from which ambient occlusion is computed, for this camera. The textures are those of the
