@@ -22,8 +22,8 @@ pub(crate) struct Extras {
     pub(crate) raw: bool,
     /// Keep which pixels are edges.
     pub(crate) edges: bool,
-    /// Draw only this part of the picture, whose surroundings are read and not needed: left, bottom, width and height in
-    /// pixels. Elsewhere ambient occlusion is 1.
+    /// Draw only this part of the picture, whose surroundings are read and not needed: left, bottom, width and height
+    /// in pixels. Elsewhere ambient occlusion is 1.
     pub(crate) within: Option<[u32; 4]>,
 }
 

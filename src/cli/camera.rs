@@ -1,7 +1,7 @@
 //! The flags of the camera that verbs share: where it stands, what it shows, and the matrices and focal lengths by
 //! which other programs describe the same.
 
-use super::flags::{number, numbers, signed, text, valued, word};
+use super::values::{number, numbers, signed, text, valued, word};
 use clap::{Arg, ArgMatches};
 use glam::{DMat3, DVec3};
 use hbao::scene::{Lens, View};

@@ -21,6 +21,7 @@ mod truth;
 mod tune;
 mod unmeant;
 mod usage;
+mod values;
 mod view;
 
 use crate::terminal::{be_quiet, print};

@@ -88,7 +88,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let output = matches.get_one::<PathBuf>("output").cloned().unwrap_or_default();
     let names = Names::read(&output)?;
     let format = FileFormat::of(&output)?;
-    let images: Vec<_> = picture::names().map(|(name, image)| (name, image)).collect();
+    let images: Vec<_> = picture::names().collect();
     let show = flags::word("show", flags::text(matches, "show").unwrap_or("final"), &images)?;
     let apply: Apply = flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?;
     let rays = flags::text(matches, "truth-rays").map(|_| flags::read_truth_rays(matches)).transpose()?;
