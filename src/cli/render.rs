@@ -131,9 +131,11 @@ impl Wanted {
     }
 
     /// Refuses what cannot be written in tiles.
-    fn check_poster(&self) -> Result<(), Error> {
+    fn check_poster(&self, reason: &str) -> Result<(), Error> {
         let refuse = |what: &str| {
-            Err(Error::Usage(format!("the image is rendered in tiles, and {what}: render its parts by --tile instead")))
+            Err(Error::Usage(format!(
+                "{reason}, so the image is rendered in tiles, and {what}: render its parts by --tile instead"
+            )))
         };
         if self.format == FileFormat::Exr {
             return refuse("an EXR is written in one piece");
@@ -194,9 +196,12 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
     let side = poster::read(matches)?;
-    let most = flags.size.0.max(flags.size.1);
-    if tile.is_none() && (side.is_some() || most > size_limit(context.gl())) {
-        wanted.check_poster()?;
+    let ((width, height), limit) = (flags.size, size_limit(context.gl()));
+    if tile.is_none() && (side.is_some() || width.max(height) > limit) {
+        wanted.check_poster(&match side {
+            Some(side) => format!("--tile-size {side} is given"),
+            None => format!("--size {width}x{height} is above {limit}x{limit}, which this driver takes"),
+        })?;
         // Its size does not matter: it gets that of each tile.
         let mut pipeline = Pipeline::new(context.gl(), (8, 8), &resolved, wanted.request())?;
         tell(&pipeline, settings);
