@@ -1,7 +1,10 @@
 //! The images of a rendering that can be written to files, with one row of facts for each. `--show`, `--dump`, their
 //! help texts and the notices about flags without effect are all made from these rows.
 
+#[cfg(feature = "view")]
+use crate::report::tables::cells::percent;
 use hbao::image::{Image, Outputs, exr, png};
+use hbao::measure::Reach;
 use hbao::settings::{MethodBlur, Settings};
 use hbao::{Apply, Error, Pipeline, Request, rotation_tile};
 use std::path::Path;
@@ -128,6 +131,29 @@ images! {
             }
         },
         read: |pipeline, _| Ok(Pixels::Mask(pipeline.edges().ok_or_else(|| not_kept("which pixels are edges"))?.clone())),
+    }
+    /// The texels at which the method exits early.
+    EXITS {
+        name: Some("exits"),
+        dumped: None,
+        help: "orange where the method exits early with visibility 1, because R covers too few texels there (see\n\
+               --exit), and elsewhere visibility before the blur as grey, black for the background: RGB; an EXR\n\
+               holds the 8-bit values divided by 255",
+        needs: |request, _| Request { gbuffer_only: false, raw: true, ..request },
+        unblurred: true,
+        decided_by: |knob, settings| AO_RAW.is_decided_by(knob, settings),
+        read: |pipeline, settings| {
+            let raw = pipeline.ao_raw().ok_or_else(|| not_kept("ambient occlusion before the blur"))?;
+            let projection = pipeline.projection().ok_or_else(|| not_kept("a picture"))?;
+            let exits = Reach::exits_at(&pipeline.depth()?, projection, settings)?;
+            let texel = |(&exits, &visibility): (&Option<bool>, &f32)| match exits {
+                None => Exiting::Background,
+                Some(true) => Exiting::Exits,
+                Some(false) => Exiting::Visibility(visibility),
+            };
+            let texels = exits.texels.iter().zip(&raw.texels).map(texel).collect();
+            Ok(Pixels::Exits(Image { width: exits.width, height: exits.height, texels }))
+        },
     }
     /// The 4x4 tile of rotations.
     ROTATION {
@@ -273,6 +299,28 @@ pub(crate) enum Pixels {
     Rotations(Image<[f32; 3]>),
     /// True or false. A PNG holds 255 or 0, an EXR 1 or 0.
     Mask(Image<bool>),
+    /// Where the method exits early. It is stored like colours.
+    Exits(Image<Exiting>),
+}
+
+/// A texel of the image that shows where a method exits early.
+#[derive(Clone, Copy)]
+pub(crate) enum Exiting {
+    Background,
+    /// The method exits early: visibility is 1.
+    Exits,
+    /// The method does not: this is visibility before the blur.
+    Visibility(f32),
+}
+
+impl Exiting {
+    fn colour(self) -> [u8; 3] {
+        match self {
+            Exiting::Background => [0; 3],
+            Exiting::Exits => [255, 140, 0],
+            Exiting::Visibility(a) => [byte(a); 3],
+        }
+    }
 }
 
 impl Pixels {
@@ -284,6 +332,7 @@ impl Pixels {
             Pixels::Depth(image) => Pixels::Depth(kept.of(image)),
             Pixels::Vectors(image) => Pixels::Vectors(kept.of(image)),
             Pixels::Mask(image) => Pixels::Mask(kept.of(image)),
+            Pixels::Exits(image) => Pixels::Exits(kept.of(image)),
             Pixels::Rotations(image) => Pixels::Rotations(image.clone()),
         }
     }
@@ -293,6 +342,7 @@ impl Pixels {
         match (self, format) {
             (Pixels::Colours(image), FileFormat::Png) => png::encode(image, text),
             (Pixels::Colours(image), FileFormat::Exr) => exr::encode(&image.map(|colour| colour.map(unit)), text),
+            (Pixels::Exits(image), _) => Pixels::Colours(image.map(Exiting::colour)).encode(format, text),
             (Pixels::Visibility(image), FileFormat::Png) => png::encode(&image.map(byte), text),
             (Pixels::Visibility(image) | Pixels::Depth(image), FileFormat::Exr) => exr::encode(image, text),
             (Pixels::Depth(image), FileFormat::Png) => png::encode(&grey_depth(image), text),
@@ -317,6 +367,7 @@ impl Pixels {
             Pixels::Depth(image) => grey_depth(image).map(grey),
             Pixels::Vectors(image) | Pixels::Rotations(image) => image.map(vector_colour),
             Pixels::Mask(image) => image.map(|set| grey(if set { 255 } else { 0 })),
+            Pixels::Exits(image) => image.map(Exiting::colour),
         }
     }
 
@@ -337,9 +388,33 @@ impl Pixels {
                 [x, y, z] => format!("{x:.3}, {y:.3}, {z:.3}"),
             },
             Pixels::Mask(image) => if *image.texels.get(texel)? { "an edge" } else { "no edge" }.into(),
+            Pixels::Exits(image) => match image.texels.get(texel)? {
+                Exiting::Background => "background".into(),
+                Exiting::Exits => "exits early".into(),
+                Exiting::Visibility(a) => format!("{a:.4}"),
+            },
         })
     }
+
+    /// Returns what share of the surface exits early, in words; `None` for other images.
+    pub(crate) fn share_in_words(&self, settings: &Settings) -> Option<String> {
+        let Pixels::Exits(image) = self else { return None };
+        if !settings.method.reads("exit") {
+            return Some(format!("{} {NEVER_EXITS}", settings.method.name()));
+        }
+        let count = |is: fn(&Exiting) -> bool| image.texels.iter().filter(|texel| is(texel)).count();
+        let covered = count(|texel| !matches!(texel, Exiting::Background));
+        let exits = count(|texel| matches!(texel, Exiting::Exits));
+        let place = match exits {
+            0 => "nowhere".into(),
+            _ => format!("at {} of the surface, with visibility 1", percent(exits as f64 / covered as f64)),
+        };
+        Some(format!("{} exits early {place}", settings.method.name()))
+    }
 }
+
+/// What is said of a method without an early exit.
+pub(crate) const NEVER_EXITS: &str = "never exits early";
 
 fn unit(byte: u8) -> f32 {
     f32::from(byte) / 255.0

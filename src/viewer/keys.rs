@@ -46,7 +46,7 @@ static ROWS: &[Row] = &[
 
 /// What else there is to press.
 const OTHERS: [(&str, &str); 8] = [
-    ("1 to 7", "Choose the image: final, ao, ao-raw, color, depth, normals, edges"),
+    ("1 to 8", "Choose the image: final, ao, ao-raw, color, depth, normals, edges, exits"),
     ("W S A D E Q", "Fly forward, backward, left, right, up, down, while held; faster with Shift"),
     ("left drag", "Turn the scene about the camera's target; with Shift, look around"),
     ("right drag", "Move the camera sideways; so does a drag with the middle button"),
@@ -57,7 +57,8 @@ const OTHERS: [(&str, &str); 8] = [
 ];
 
 /// The keys of the images, in the order of `--show`.
-const DIGITS: [Key; 7] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7];
+const DIGITS: [Key; 8] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
 /// The keys that fly, with the direction of each: right, up, forward.
 const FLY: [(Key, [f64; 3]); 6] = [

@@ -121,6 +121,7 @@ impl Viewer {
                 "hash": self.hash,
                 "sides": drawn.sides.len(),
                 "current": self.is_current(),
+                "exits": drawn.sides.iter().map(|side| side.exits.clone()).collect::<Vec<_>>(),
             })
         });
         let toml = |settings: &Settings| settings.to_toml();

@@ -63,6 +63,8 @@ pub(super) enum Order {
 pub(super) struct Side {
     pub(super) pixels: Pixels,
     pub(super) shown: Image<[u8; 3]>,
+    /// What share of the surface exits early, if the image shows that.
+    pub(super) exits: Option<String>,
     pub(super) times: Vec<PassTime>,
     /// Depth samples per pixel, as the driver gives them.
     pub(super) samples: u32,
@@ -212,7 +214,8 @@ impl Pipelines {
             notices.extend(
                 pipeline.notices().iter().filter(|notice| !notices.contains(notice)).cloned().collect::<Vec<_>>(),
             );
-            sides.push(Side { shown: pixels.shown(), pixels, times, samples: pipeline.samples() });
+            let (shown, exits) = (pixels.shown(), pixels.share_in_words(&settings));
+            sides.push(Side { shown, exits, pixels, times, samples: pipeline.samples() });
         }
         Ok(Drawn { job, input, sides, seconds: start.elapsed().as_secs_f64(), compiled, notices })
     }
