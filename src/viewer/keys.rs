@@ -1,6 +1,7 @@
 //! The keys, each with what it does, from which the list that `?` shows is made.
 
 use super::state::{Compare, Viewer};
+use super::truth;
 use eframe::egui::{self, Key, Modifiers};
 
 /// What a key does at once.
@@ -31,6 +32,9 @@ static ROWS: &[Row] = &[
     row(Key::B, "B", "Change to the settings of the other side", |viewer, _| viewer.tab = 1 - viewer.tab),
     row(Key::M, "M", "Magnify the pixels under the pointer and show their values", |viewer, _| {
         viewer.magnified = !viewer.magnified;
+    }),
+    row(Key::G, "G", "Ray-traced truth: off, errors in numbers, beside the image, alone, errors as a map", |viewer, _| {
+        truth::next(viewer);
     }),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),
     row(Key::Y, "Y", "Copy the command that renders this image", |viewer, context| {

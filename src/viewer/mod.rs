@@ -7,11 +7,14 @@
 mod eye;
 mod keys;
 mod knobs;
+mod label;
 mod log;
 mod panel;
 mod request;
 mod stage;
 mod state;
+mod tracing;
+mod truth;
 mod worker;
 
 pub(crate) use worker::{OpenContext, Render};
@@ -135,6 +138,7 @@ impl Viewer {
             "command": self.command(),
             "image": image,
             "message": self.message,
+            "truth": truth::log(self),
             "said": self.said,
             "widgets": log::rectangles(&self.widgets, context.pixels_per_point()),
         });
@@ -172,6 +176,7 @@ impl eframe::App for Viewer {
         let moving = flies || dragged || context.egui_is_using_pointer();
         self.resize_once(&context);
         self.order_image(moving, &context);
+        truth::follow(self, moving, &context);
         self.write_log(&context);
         self.frames += 1;
     }

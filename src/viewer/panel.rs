@@ -2,6 +2,7 @@
 
 use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
+use super::truth;
 use crate::picture;
 use eframe::egui::{self, Color32, RichText, TextEdit, Ui};
 use hbao::settings::Settings;
@@ -74,6 +75,7 @@ fn shown(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.keys_shown = true;
         }
     });
+    truth::panel(viewer, ui);
 }
 
 /// The two sides, and the presets of the one in the panel.

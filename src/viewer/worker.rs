@@ -37,6 +37,8 @@ pub(super) struct Job {
     /// By how much the width and the height are divided.
     pub(super) divisor: u32,
     pub(super) timed: bool,
+    /// Whether ambient occlusion is compared with the truth, so that it is read back whatever the image shows.
+    pub(super) measured: bool,
 }
 
 impl Job {
@@ -45,7 +47,7 @@ impl Job {
         Arc::ptr_eq(&self.scene, &other.scene)
             && std::ptr::eq(self.show, other.show)
             && (&self.sides, &self.view, self.size) == (&other.sides, &other.view, other.size)
-            && (self.divisor, self.timed) == (other.divisor, other.timed)
+            && (self.divisor, self.timed, self.measured) == (other.divisor, other.timed, other.measured)
     }
 }
 
@@ -65,6 +67,8 @@ pub(super) struct Side {
     pub(super) shown: Image<[u8; 3]>,
     /// What share of the surface exits early, if the image shows that.
     pub(super) exits: Option<String>,
+    /// Ambient occlusion after the blur, if it is compared with the truth.
+    pub(super) ao: Option<Image<f32>>,
     pub(super) times: Vec<PassTime>,
     /// Depth samples per pixel, as the driver gives them.
     pub(super) samples: u32,
@@ -194,11 +198,12 @@ impl Pipelines {
         let (width, height) = job.size;
         let size = (width.div_ceil(job.divisor), height.div_ceil(job.divisor));
         let (camera, mut notices) = job.view.camera(&job.scene.mesh, width, height)?;
-        let request = Request { timings: job.timed, ..picture::request([job.show], Apply::All) };
+        let images = [job.show].into_iter().chain(job.measured.then_some(&picture::AO));
+        let request = Request { timings: job.timed, ..picture::request(images, Apply::All) };
         let (mut sides, mut compiled) = (Vec::new(), false);
         for settings in &job.sides {
             let mut settings = settings.resolved(job.scene.mesh.diagonal());
-            if job.show.is_unblurred() {
+            if job.show.is_unblurred() && !job.measured {
                 settings.blur = 0;
             }
             settings.validate()?;
@@ -215,7 +220,8 @@ impl Pipelines {
                 pipeline.notices().iter().filter(|notice| !notices.contains(notice)).cloned().collect::<Vec<_>>(),
             );
             let (shown, exits) = (pixels.shown(), pixels.share_in_words(&settings));
-            sides.push(Side { shown, exits, pixels, times, samples: pipeline.samples() });
+            let ao = job.measured.then(|| pipeline.ao()).transpose()?;
+            sides.push(Side { shown, exits, ao, pixels, times, samples: pipeline.samples() });
         }
         Ok(Drawn { job, input, sides, seconds: start.elapsed().as_secs_f64(), compiled, notices })
     }
