@@ -1,5 +1,6 @@
 //! The keys, each with what it does, from which the list that `?` shows is made.
 
+use super::anatomy;
 use super::state::{Compare, Viewer};
 use super::truth;
 use eframe::egui::{self, Key, Modifiers};
@@ -36,6 +37,11 @@ static ROWS: &[Row] = &[
     row(Key::G, "G", "Ray-traced truth: off, errors in numbers, beside the image, alone, errors as a map", |viewer, _| {
         truth::next(viewer);
     }),
+    row(Key::X, "X", "Take the pixel that is clicked apart: its directions, its samples, and what each adds", |viewer, _| {
+        anatomy::switch(viewer);
+    }),
+    row(Key::OpenBracket, "[", "Show the previous direction of that pixel", |viewer, _| anatomy::turn(viewer, -1)),
+    row(Key::CloseBracket, "]", "Show the next direction of that pixel", |viewer, _| anatomy::turn(viewer, 1)),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),
     row(Key::Y, "Y", "Copy the command that renders this image", |viewer, context| {
         context.copy_text(viewer.command());

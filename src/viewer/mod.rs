@@ -4,13 +4,16 @@
 //! that it reads back. So the window waits for no image, what it shows is what `hbao render` writes, and the state of
 //! OpenGL that the interface of the window changes is no matter. The window is drawn again only if there is a reason.
 
+mod anatomy;
 mod eye;
 mod keys;
 mod knobs;
 mod label;
 mod log;
 mod panel;
+mod plot;
 mod request;
+mod section;
 mod stage;
 mod state;
 mod tracing;
@@ -139,6 +142,7 @@ impl Viewer {
             "image": image,
             "message": self.message,
             "truth": truth::log(self),
+            "anatomy": anatomy::log(self),
             "said": self.said,
             "widgets": log::rectangles(&self.widgets, context.pixels_per_point()),
         });
@@ -177,6 +181,7 @@ impl eframe::App for Viewer {
         self.resize_once(&context);
         self.order_image(moving, &context);
         truth::follow(self, moving, &context);
+        anatomy::window(self, &context);
         self.write_log(&context);
         self.frames += 1;
     }

@@ -35,6 +35,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 /// What is shown: the image, and of which side.
 fn shown(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
+        let spacing = ui.spacing_mut();
+        (spacing.item_spacing.x, spacing.button_padding.x) = (3.0, 3.0);
         for (at, (name, image)) in picture::names().enumerate() {
             let button = ui.selectable_label(viewer.show.0 == name, name);
             let button = button.on_hover_text(format!("{}\n\nKey {}", image.help.replace('\n', " "), at + 1));

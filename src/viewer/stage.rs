@@ -1,5 +1,6 @@
 //! The image in the window: its two sides, their difference, the magnifier, and the pointer that moves the camera.
 
+use super::anatomy;
 use super::label::{divide, label};
 use super::state::{Compare, UPRIGHT, Viewer, color_image};
 use super::truth;
@@ -30,7 +31,12 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) -> bool {
     let handled = split && divider(viewer, ui, area);
     let moving = !handled && moved(viewer, ui, &response, area);
     paint(viewer, ui, area);
-    truth::paint(viewer, &ui.painter().with_clip_rect(area), area);
+    let painter = ui.painter().with_clip_rect(area);
+    truth::paint(viewer, &painter, area);
+    if let (true, Some(at)) = (response.clicked() && !handled, response.interact_pointer_pos()) {
+        anatomy::choose(viewer, area, at);
+    }
+    anatomy::paint(viewer, &painter, area);
     if viewer.magnified
         && let Some(pointer) = response.hover_pos()
     {

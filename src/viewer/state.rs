@@ -3,6 +3,7 @@
 use super::eye::Eye;
 use super::log::{self, Log};
 use super::request::{self, Rendered};
+use super::section::Inspection;
 use super::tracing::{Look, Truth};
 use super::worker::{Answer, Drawn, Job, Order, Worker, title};
 use crate::picture::{self, ImageKind};
@@ -64,6 +65,7 @@ pub(super) struct Viewer {
     pub(super) show: (&'static str, &'static ImageKind),
     pub(super) timed: bool,
     pub(super) truth: Truth,
+    pub(super) inspection: Inspection,
     pub(super) magnified: bool,
     pub(super) keys_shown: bool,
     /// What went wrong last.
@@ -135,6 +137,7 @@ impl Viewer {
             show,
             timed: false,
             truth: Truth::new(),
+            inspection: Inspection::default(),
             magnified: false,
             keys_shown: false,
             message: None,
@@ -328,7 +331,8 @@ impl Viewer {
         if self.log.is_some() {
             self.hash = drawn.sides.first().map_or_else(String::new, |side| log::hash(&side.shown));
         }
-        (self.drawn, self.difference, self.truth.stale) = (Some(drawn), None, true);
+        (self.drawn, self.difference) = (Some(drawn), None);
+        (self.truth.stale, self.inspection.stale) = (true, true);
     }
 
     /// Whether the image on the screen is the one that was ordered last.
@@ -350,6 +354,7 @@ impl Viewer {
             divisor: 1,
             timed: self.timed,
             measured: self.truth.look != Look::Off,
+            inspected: self.inspection.is_on,
         };
         let divisor = (self.full_seconds / LONGEST).sqrt().ceil().clamp(1.0, f64::from(LARGEST_DIVISOR)) as u32;
         let changed = self.ordered.as_ref().is_none_or(|ordered| !job.same(&Job { divisor: 1, ..ordered.clone() }));

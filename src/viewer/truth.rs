@@ -1,5 +1,6 @@
 //! The ray-traced truth of the view on the screen: its switch, its image, and the errors of the sides against it.
 
+use super::anatomy;
 use super::label::{divide, label};
 use super::state::{Compare, UPRIGHT, Viewer, color_image};
 use super::tracing::{Look, RAYS_OF_PASS, Tracing, Wanted};
@@ -40,6 +41,8 @@ pub(super) fn panel(viewer: &mut Viewer, ui: &mut Ui) {
                 choose(viewer, look);
             }
         }
+        ui.separator();
+        anatomy::button(viewer, ui);
     });
     if viewer.truth.look == Look::Off {
         return;
@@ -98,16 +101,17 @@ fn how_far(viewer: &Viewer) -> String {
 /// The errors in words, one line for each side.
 fn in_words(viewer: &Viewer) -> Vec<String> {
     let Some(refined) = viewer.truth.refined.as_ref().filter(|refined| refined.rays > 0) else {
-        return vec!["The errors follow once every pixel was traced.".into()];
+        return vec!["The errors follow once every pixel was traced.".into(), String::new()];
     };
     let line = |(name, error): (&&str, &Result<Errors, String>)| match error {
-        Ok(Errors { rmse, bias, .. }) => {
-            let noisy = if too_noisy(refined.noise, *rmse) { ", too noisy yet" } else { "" };
-            format!("{name}: RMSE {rmse:.4}, bias {bias:+.4}; noise of the truth {:.4}{noisy}", refined.noise)
-        }
+        Ok(Errors { rmse, bias, .. }) => format!("{name}: RMSE {rmse:.4}, bias {bias:+.4}"),
         Err(why) => format!("{name}: {why}"),
     };
-    viewer.side_names().iter().zip(&viewer.truth.errors).map(line).collect()
+    let errors = &viewer.truth.errors;
+    let noisy = errors.iter().flatten().any(|errors| too_noisy(refined.noise, errors.rmse));
+    let noisy = if noisy { ", more than a fifth of an error yet" } else { "" };
+    let noise = format!("Noise of the truth: {:.4}{noisy}", refined.noise);
+    viewer.side_names().iter().zip(errors).map(line).chain([noise]).collect()
 }
 
 /// Has the truth of the view on the screen traced, or gives it up if the view is another one now, and takes what is

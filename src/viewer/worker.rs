@@ -5,7 +5,7 @@ use crate::picture::{self, ImageKind, Pixels};
 use eframe::egui;
 use hbao::context::Context;
 use hbao::image::Image;
-use hbao::scene::{Scene, View};
+use hbao::scene::{Camera, Scene, View};
 use hbao::settings::{DepthFormat, NormalFormat, Settings};
 use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use std::ffi::{OsStr, OsString};
@@ -39,6 +39,8 @@ pub(super) struct Job {
     pub(super) timed: bool,
     /// Whether ambient occlusion is compared with the truth, so that it is read back whatever the image shows.
     pub(super) measured: bool,
+    /// Whether a pixel is taken apart, for which everything that ambient occlusion is computed from is read back.
+    pub(super) inspected: bool,
 }
 
 impl Job {
@@ -48,6 +50,7 @@ impl Job {
             && std::ptr::eq(self.show, other.show)
             && (&self.sides, &self.view, self.size) == (&other.sides, &other.view, other.size)
             && (self.divisor, self.timed, self.measured) == (other.divisor, other.timed, other.measured)
+            && self.inspected == other.inspected
     }
 }
 
@@ -69,9 +72,22 @@ pub(super) struct Side {
     pub(super) exits: Option<String>,
     /// Ambient occlusion after the blur, if it is compared with the truth.
     pub(super) ao: Option<Image<f32>>,
+    /// What ambient occlusion was computed from, if a pixel is taken apart.
+    pub(super) inspected: Option<Inspected>,
     pub(super) times: Vec<PassTime>,
     /// Depth samples per pixel, as the driver gives them.
     pub(super) samples: u32,
+}
+
+/// What ambient occlusion was computed from.
+pub(super) struct Inspected {
+    pub(super) depth: Image<f32>,
+    pub(super) normals: Image<[f32; 3]>,
+    /// Ambient occlusion before the blur.
+    pub(super) raw: Option<Image<f32>>,
+    pub(super) camera: Camera,
+    /// The settings, with the radius in scene units.
+    pub(super) settings: Settings,
 }
 
 /// What a [`Job`] led to.
@@ -199,6 +215,7 @@ impl Pipelines {
         let size = (width.div_ceil(job.divisor), height.div_ceil(job.divisor));
         let (camera, mut notices) = job.view.camera(&job.scene.mesh, width, height)?;
         let images = [job.show].into_iter().chain(job.measured.then_some(&picture::AO));
+        let images = images.chain(job.inspected.then_some(&picture::AO_RAW));
         let request = Request { timings: job.timed, ..picture::request(images, Apply::All) };
         let (mut sides, mut compiled) = (Vec::new(), false);
         for settings in &job.sides {
@@ -221,7 +238,12 @@ impl Pipelines {
             );
             let (shown, exits) = (pixels.shown(), pixels.share_in_words(&settings));
             let ao = job.measured.then(|| pipeline.ao()).transpose()?;
-            sides.push(Side { shown, exits, ao, pixels, times, samples: pipeline.samples() });
+            let inspected = job.inspected.then(|| {
+                let (depth, normals, raw) = (pipeline.depth()?, pipeline.normals()?, pipeline.ao_raw().cloned());
+                Ok::<_, Error>(Inspected { depth, normals, raw, camera, settings: settings.clone() })
+            });
+            let inspected = inspected.transpose()?;
+            sides.push(Side { shown, exits, ao, inspected, pixels, times, samples: pipeline.samples() });
         }
         Ok(Drawn { job, input, sides, seconds: start.elapsed().as_secs_f64(), compiled, notices })
     }
