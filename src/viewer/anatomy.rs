@@ -152,16 +152,17 @@ fn contents(viewer: &mut Viewer, ui: &mut Ui) {
     if let (Some(cut), Some(radius)) = (&section.cut, section.radius) {
         let rect = plot::show(ui, cut, radius);
         viewer.note("anatomy plot", rect);
-        ui.horizontal_wrapped(|ui| {
-            plot::legend_line(ui, SURFACE, "depth image");
-            plot::legend_line(ui, BLUE, "tangent t");
-            plot::legend_line(ui, RED, "horizon h");
-        });
     }
     if section.directions > 0 {
         ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
             for (kind, text) in legend(section.method) {
                 plot::legend(ui, kind, text);
+            }
+            if section.cut.is_some() {
+                plot::legend_line(ui, SURFACE, "depth image");
+                plot::legend_line(ui, BLUE, "tangent t");
+                plot::legend_line(ui, RED, "horizon h");
             }
         });
     }
@@ -216,7 +217,7 @@ fn summary(ui: &mut Ui, section: &Section) {
             ui.label(format!("{open} of {} points are open, that is, in front of the depth image", section.marks.len()));
         }
         Method::RayMarch => {
-            ui.label(format!("the rays of all azimuths add {sum:.4} to the occlusion"));
+            ui.label(format!("{sum:.4} of {} rays are stopped, each counted by its W", section.rays));
         }
         _ if section.directions > 0 && !start.exits_early => {
             let (count, strength) = (section.directions, section.strength);

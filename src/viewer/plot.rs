@@ -98,18 +98,21 @@ pub(super) fn show(ui: &mut Ui, cut: &Cut, radius: f64) -> Rect {
     painter.circle_filled(at(DVec2::ZERO), 4.0, Color32::WHITE);
 
     let font = FontId::proportional(12.0);
-    let text = |place: Pos2, align, text: String, colour| {
+    let mut taken = Rect::NOTHING;
+    let mut text = |place: Pos2, align, text: String, colour| {
         let galley = painter.layout_no_wrap(text, font.clone(), colour);
-        let place = align_in(rect, align, place, galley.size());
+        let mut place = align_in(rect, align, place, galley.size());
+        if place.expand(2.0).intersects(taken) {
+            place = place.translate(vec2(taken.left() - 6.0 - place.right(), 0.0));
+        }
+        taken = place;
         painter.rect_filled(place.expand(1.5), 2.0, Color32::from_black_alpha(170));
         painter.galley(place.min, galley, colour);
     };
     text(at(DVec2::ZERO) + vec2(-6.0, 6.0), Align2::RIGHT_TOP, "P".into(), Color32::WHITE);
     text(at(DVec2::from_angle(-0.35)) + vec2(3.0, 0.0), Align2::LEFT_TOP, format!("R = {}", short(radius)), Color32::from_gray(190));
-    // The two labels do not cover each other where the angles are close.
-    let apart = if (h - t).abs() < 0.12 { 9.0 } else { 0.0 };
-    text(far(t) + vec2(4.0, apart), Align2::LEFT_CENTER, format!("t = {}", degrees(slice.sin_t)), BLUE);
-    text(far(h) + vec2(4.0, -apart), Align2::LEFT_CENTER, format!("h = {}", degrees(slice.sin_h())), RED);
+    text(far(t) + vec2(4.0, 0.0), Align2::LEFT_CENTER, format!("t = {}", degrees(slice.sin_t)), BLUE);
+    text(far(h) + vec2(4.0, 0.0), Align2::LEFT_CENTER, format!("h = {}", degrees(slice.sin_h())), RED);
     text(rect.left_top() + vec2(4.0, 3.0), Align2::LEFT_TOP, "towards the eye".into(), Color32::from_gray(190));
     text(rect.right_bottom() - vec2(4.0, 3.0), Align2::RIGHT_BOTTOM, "along the direction".into(), Color32::from_gray(190));
     rect

@@ -79,6 +79,8 @@ pub(super) struct Section {
     pub(super) cut: Option<Cut>,
     /// What each direction adds.
     pub(super) occlusions: Vec<f64>,
+    /// The number of rays of `ray-march`.
+    pub(super) rays: usize,
     pub(super) strength: f64,
     pub(super) method: Method,
 }
@@ -129,6 +131,7 @@ impl Section {
             marks: Vec::new(),
             cut: None,
             occlusions: Vec::new(),
+            rays: 0,
             strength: settings.strength,
             method: settings.method,
             start,
@@ -167,7 +170,9 @@ impl Section {
         self.direction = direction % azimuths.max(1);
         for azimuth in 0..azimuths {
             let rays = anatomy.rays(self.texel, azimuth).unwrap_or_default();
-            self.occlusions.push(rays.iter().filter_map(|ray| ray.weight).sum());
+            // An empty sum would be -0.
+            self.occlusions.push(rays.iter().filter_map(|ray| ray.weight).fold(0.0, |sum, weight| sum + weight));
+            self.rays += rays.len();
             for step in rays.iter().flat_map(|ray| &ray.steps) {
                 let kind = match step.surface {
                     None => Kind::Ignored,

@@ -6,7 +6,7 @@ use super::state::{Compare, UPRIGHT, Viewer, color_image};
 use super::tracing::{Look, RAYS_OF_PASS, Tracing, Wanted};
 use crate::heat::{self, HEAT};
 use crate::picture::{self, byte};
-use eframe::egui::{self, Align2, Color32, ComboBox, Painter, ProgressBar, Rect, TextureOptions, Ui, pos2, vec2};
+use eframe::egui::{self, Align2, Color32, Painter, ProgressBar, Rect, TextureOptions, Ui, pos2, vec2};
 use hbao::image::Image;
 use hbao::measure::errors::{Comparison, Errors, too_noisy};
 use hbao::settings::Settings;
@@ -48,19 +48,15 @@ pub(super) fn panel(viewer: &mut Viewer, ui: &mut Ui) {
         return;
     }
     ui.horizontal(|ui| {
-        let combo = ComboBox::from_id_salt("truth rays").width(64.0).selected_text(format!("{}", viewer.truth.rays));
-        let list = combo.show_ui(ui, |ui| {
-            for rays in RAYS {
-                ui.selectable_value(&mut viewer.truth.rays, rays, rays.to_string());
-            }
-        });
-        let list = list.response.on_hover_text("How many rays each pixel gets");
-        viewer.note("truth rays", list.rect);
-        ui.label("rays");
-        let bar = ProgressBar::new(progress(viewer) as f32).desired_width(ui.available_width() - 8.0);
-        let bar = ui.add(bar.text(how_far(viewer)));
-        viewer.note("truth progress", bar.rect);
+        ui.label("rays").on_hover_text("How many rays each pixel gets");
+        for rays in RAYS {
+            let button = ui.selectable_value(&mut viewer.truth.rays, rays, rays.to_string());
+            viewer.note(format!("truth {rays} rays"), button.rect);
+        }
     });
+    let bar = ProgressBar::new(progress(viewer) as f32).desired_width(ui.available_width() - 8.0);
+    let bar = ui.add(bar.text(how_far(viewer)));
+    viewer.note("truth progress", bar.rect);
     for line in in_words(viewer) {
         ui.label(line);
     }
