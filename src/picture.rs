@@ -1,8 +1,6 @@
 //! The images of a rendering that can be written to files, with one row of facts for each. `--show`, `--dump`, their
 //! help texts and the notices about flags without effect are all made from these rows.
 
-#[cfg(feature = "view")]
-use crate::report::tables::cells::percent;
 use hbao::image::{Image, Outputs, exr, png};
 use hbao::measure::Reach;
 use hbao::settings::{MethodBlur, Settings};
@@ -396,20 +394,11 @@ impl Pixels {
         })
     }
 
-    /// Returns what share of the surface exits early, in words; `None` for other images.
-    pub(crate) fn share_in_words(&self, settings: &Settings) -> Option<String> {
+    /// Returns at how many texels the method exits early, and how many hold a surface; `None` for other images.
+    pub(crate) fn exits(&self) -> Option<[usize; 2]> {
         let Pixels::Exits(image) = self else { return None };
-        if !settings.method.reads("exit") {
-            return Some(format!("{} {NEVER_EXITS}", settings.method.name()));
-        }
         let count = |is: fn(&Exiting) -> bool| image.texels.iter().filter(|texel| is(texel)).count();
-        let covered = count(|texel| !matches!(texel, Exiting::Background));
-        let exits = count(|texel| matches!(texel, Exiting::Exits));
-        let place = match exits {
-            0 => "nowhere".into(),
-            _ => format!("at {} of the surface, with visibility 1", percent(exits as f64 / covered as f64)),
-        };
-        Some(format!("{} exits early {place}", settings.method.name()))
+        Some([count(|texel| matches!(texel, Exiting::Exits)), count(|texel| !matches!(texel, Exiting::Background))])
     }
 }
 

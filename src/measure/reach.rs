@@ -71,7 +71,8 @@ impl Reach {
         let scale = settings.ao_scale() as usize;
         Ok(Image::from_fn(depth.width.div_ceil(scale), depth.height.div_ceil(scale), |x, y| {
             let z = f64::from(depth.at(scale * x, scale * y));
-            z.is_finite().then_some(z > exit)
+            // As everywhere, R counts as what it is short of by less than a millionth.
+            z.is_finite().then_some(exit / z < 1.0 - 1e-6)
         }))
     }
 }
@@ -95,9 +96,12 @@ mod tests {
         let depth = seen.map(|surface| surface.depth as f32);
         let normals = seen.map(|surface| surface.normal.to_array().map(|x| x as f32));
         let mut some = 0;
-        for (exit, half_res, radius) in
-            [(Exit::Paper, false, 2.0), (Exit::Paper, true, 3.0), (Exit::Shorten, false, 0.4), (Exit::Paper, false, 9e9)]
-        {
+        for (exit, half_res, radius) in [
+            (Exit::Paper, false, 2.0),
+            (Exit::Paper, true, 3.0),
+            (Exit::Shorten, false, 0.4),
+            (Exit::Paper, false, 9e9),
+        ] {
             let settings = Settings { exit, half_res, radius: Radius::Units(radius), ..Settings::default() };
             let tile = rotation_tile(&settings);
             let (projection, near) = (camera.projection, camera.near);

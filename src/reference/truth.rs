@@ -243,9 +243,8 @@ mod tests {
         };
         assert_eq!(mean(&passes[..1]), truth.trace(&pixels, |_| ()).visibility);
         let exact = of(8192).trace(&pixels, |_| ()).visibility;
-        let error = |of: &[f64]| {
-            (of.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / exact.len() as f64).sqrt()
-        };
+        let error =
+            |of: &[f64]| (of.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / exact.len() as f64).sqrt();
         let [one, all] = [error(&mean(&passes[..1])), error(&mean(&passes))];
         assert!(one / all > 3.0 && one / all < 5.5, "{one} {all}");
     }

@@ -119,7 +119,10 @@ pub(super) fn window(viewer: &mut Viewer, context: &egui::Context) {
     let window = egui::Window::new("Anatomy of a pixel").open(&mut open).resizable(false).default_pos([10.0, 40.0]);
     let shown = window.show(context, |ui| {
         ui.set_width(WIDTH);
-        ScrollArea::vertical().max_height(height - 120.0).min_scrolled_height(height - 120.0).show(ui, |ui| contents(viewer, ui));
+        ScrollArea::vertical()
+            .max_height(height - 120.0)
+            .min_scrolled_height(height - 120.0)
+            .show(ui, |ui| contents(viewer, ui));
     });
     if let Some(shown) = shown {
         viewer.note("anatomy window", shown.response.rect);
@@ -201,7 +204,8 @@ fn summary(ui: &mut Ui, section: &Section) {
         ui.label(format!("jitter: directions turned by {angle:.1}°, samples {b:.2} steps farther"));
     }
     if start.exits_early {
-        let text = "The method exits early here: A = 1 whatever the samples say, because its steps are shorter than a texel.";
+        let text =
+            "The method exits early here: A = 1 whatever the samples say, because its steps are shorter than a texel.";
         ui.label(RichText::new(text).color(Color32::from_rgb(255, 180, 60)));
     }
     if section.directions == 0 {
@@ -214,7 +218,10 @@ fn summary(ui: &mut Ui, section: &Section) {
     match section.method {
         Method::Ssao if section.directions > 0 => {
             let open = section.marks.iter().filter(|mark| mark.kind == Kind::Open).count();
-            ui.label(format!("{open} of {} points are open, that is, in front of the depth image", section.marks.len()));
+            ui.label(format!(
+                "{open} of {} points are open, that is, in front of the depth image",
+                section.marks.len()
+            ));
         }
         Method::RayMarch => {
             ui.label(format!("{sum:.4} of {} rays are stopped, each counted by its W", section.rays));
@@ -268,27 +275,34 @@ fn samples(ui: &mut Ui, section: &Section) {
         ("", ""),
     ];
     ui.separator();
-    Grid::new("samples").striped(true).num_columns(heads.len()).spacing([10.0, 1.0]).min_col_width(24.0).show(ui, |ui| {
-        for (head, help) in heads {
-            ui.strong(head).on_hover_text(help);
-        }
-        ui.end_row();
-        for sample in &cut.slice.samples {
-            ui.label(sample.index.to_string());
-            match &sample.found {
-                Some(found) => {
-                    ui.label(format!("{:.3}", found.D.length() / radius));
-                    ui.label(degrees(found.sin_phi));
-                    ui.label(degrees(found.sin_t));
-                    ui.label(if sample.fate == Fate::BeyondRadius { "-".into() } else { format!("{:.3}", found.weight) });
-                }
-                None => (0..4).for_each(|_| drop(ui.label("-"))),
+    Grid::new("samples").striped(true).num_columns(heads.len()).spacing([10.0, 1.0]).min_col_width(24.0).show(
+        ui,
+        |ui| {
+            for (head, help) in heads {
+                ui.strong(head).on_hover_text(help);
             }
-            ui.label(format!("{:.4}", sample.contribution));
-            ui.label(in_words(sample.fate));
             ui.end_row();
-        }
-    });
+            for sample in &cut.slice.samples {
+                ui.label(sample.index.to_string());
+                match &sample.found {
+                    Some(found) => {
+                        ui.label(format!("{:.3}", found.D.length() / radius));
+                        ui.label(degrees(found.sin_phi));
+                        ui.label(degrees(found.sin_t));
+                        ui.label(if sample.fate == Fate::BeyondRadius {
+                            "-".into()
+                        } else {
+                            format!("{:.3}", found.weight)
+                        });
+                    }
+                    None => (0..4).for_each(|_| drop(ui.label("-"))),
+                }
+                ui.label(format!("{:.4}", sample.contribution));
+                ui.label(in_words(sample.fate));
+                ui.end_row();
+            }
+        },
+    );
 }
 
 fn in_words(fate: Fate) -> &'static str {

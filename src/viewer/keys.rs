@@ -34,12 +34,22 @@ static ROWS: &[Row] = &[
     row(Key::M, "M", "Magnify the pixels under the pointer and show their values", |viewer, _| {
         viewer.magnified = !viewer.magnified;
     }),
-    row(Key::G, "G", "Ray-traced truth: off, errors in numbers, beside the image, alone, errors as a map", |viewer, _| {
-        truth::next(viewer);
-    }),
-    row(Key::X, "X", "Take the pixel that is clicked apart: its directions, its samples, and what each adds", |viewer, _| {
-        anatomy::switch(viewer);
-    }),
+    row(
+        Key::G,
+        "G",
+        "Ray-traced truth: off, errors in numbers, beside the image, alone, errors as a map",
+        |viewer, _| {
+            truth::next(viewer);
+        },
+    ),
+    row(
+        Key::X,
+        "X",
+        "Take the pixel that is clicked apart: its directions, its samples, and what each adds",
+        |viewer, _| {
+            anatomy::switch(viewer);
+        },
+    ),
     row(Key::OpenBracket, "[", "Show the previous direction of that pixel", |viewer, _| anatomy::turn(viewer, -1)),
     row(Key::CloseBracket, "]", "Show the next direction of that pixel", |viewer, _| anatomy::turn(viewer, 1)),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),
@@ -67,8 +77,7 @@ const OTHERS: [(&str, &str); 8] = [
 ];
 
 /// The keys of the images, in the order of `--show`.
-const DIGITS: [Key; 8] =
-    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
 /// The keys that fly, with the direction of each: right, up, forward.
 const FLY: [(Key, [f64; 3]); 6] = [

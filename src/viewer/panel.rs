@@ -242,7 +242,9 @@ pub(super) fn status(viewer: &Viewer, ui: &mut Ui) {
         }
     }];
     let sides = viewer.drawn.iter().flat_map(|drawn| &drawn.sides);
-    parts.extend(names(viewer).iter().zip(sides).filter_map(|(name, side)| Some(format!("{name}: {}", side.exits.as_ref()?))));
+    parts.extend(
+        names(viewer).iter().zip(sides).filter_map(|(name, side)| Some(format!("{name}: {}", side.exits.as_ref()?))),
+    );
     parts.extend(viewer.drawn.iter().filter_map(|drawn| drawn.notices.first().cloned()));
     parts.extend(Some(viewer.said.clone()).filter(|said| !said.is_empty()));
     ui.add(egui::Label::new(parts.join("   |   ")).truncate());

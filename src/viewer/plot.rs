@@ -110,11 +110,21 @@ pub(super) fn show(ui: &mut Ui, cut: &Cut, radius: f64) -> Rect {
         painter.galley(place.min, galley, colour);
     };
     text(at(DVec2::ZERO) + vec2(-6.0, 6.0), Align2::RIGHT_TOP, "P".into(), Color32::WHITE);
-    text(at(DVec2::from_angle(-0.35)) + vec2(3.0, 0.0), Align2::LEFT_TOP, format!("R = {}", short(radius)), Color32::from_gray(190));
+    text(
+        at(DVec2::from_angle(-0.35)) + vec2(3.0, 0.0),
+        Align2::LEFT_TOP,
+        format!("R = {}", short(radius)),
+        Color32::from_gray(190),
+    );
     text(far(t) + vec2(4.0, 0.0), Align2::LEFT_CENTER, format!("t = {}", degrees(slice.sin_t)), BLUE);
     text(far(h) + vec2(4.0, 0.0), Align2::LEFT_CENTER, format!("h = {}", degrees(slice.sin_h())), RED);
     text(rect.left_top() + vec2(4.0, 3.0), Align2::LEFT_TOP, "towards the eye".into(), Color32::from_gray(190));
-    text(rect.right_bottom() - vec2(4.0, 3.0), Align2::RIGHT_BOTTOM, "along the direction".into(), Color32::from_gray(190));
+    text(
+        rect.right_bottom() - vec2(4.0, 3.0),
+        Align2::RIGHT_BOTTOM,
+        "along the direction".into(),
+        Color32::from_gray(190),
+    );
     rect
 }
 

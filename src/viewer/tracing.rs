@@ -109,6 +109,9 @@ pub(super) struct Refined {
     pub(super) seconds: f64,
 }
 
+/// What is known so far, or what went wrong.
+pub(super) type Known = Result<Arc<Refined>, Error>;
+
 /// The order that counts, and what was traced for it.
 struct Shared {
     /// The number of the order. An earlier one is given up.
@@ -116,7 +119,7 @@ struct Shared {
     /// How many pixels were traced for it, each pass counted.
     done: AtomicU64,
     /// The result for the order of that number.
-    result: Mutex<Option<(u64, Result<Arc<Refined>, Error>)>>,
+    result: Mutex<Option<(u64, Known)>>,
 }
 
 /// The threads. They give up what they trace when this is dropped.
@@ -155,7 +158,7 @@ impl Tracing {
     }
 
     /// Takes the newest result of the last order.
-    pub(super) fn result(&self) -> Option<Result<Arc<Refined>, Error>> {
+    pub(super) fn result(&self) -> Option<Known> {
         let (order, result) = self.shared.result.lock().unwrap_or_else(PoisonError::into_inner).take()?;
         (order == self.shared.order.load(Ordering::Relaxed)).then_some(result)
     }
@@ -213,7 +216,7 @@ impl Run<'_> {
         self.shared.order.load(Ordering::Relaxed) == self.number
     }
 
-    fn tell(&self, result: Result<Arc<Refined>, Error>) {
+    fn tell(&self, result: Known) {
         *self.shared.result.lock().unwrap_or_else(PoisonError::into_inner) = Some((self.number, result));
         self.window.request_repaint();
     }

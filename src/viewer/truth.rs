@@ -17,12 +17,15 @@ const LOOKS: [(Look, &str, &str); 5] = [
     (Look::Numbers, "numbers", "Keeps the image, and shows the errors in numbers"),
     (Look::Beside, "beside", "The image to the left of the divider, the truth to its right"),
     (Look::Alone, "alone", "Shows the truth"),
-    (Look::Error, "error", "Shows where ambient occlusion differs from the truth, in the colours of hbao compare --heat"),
+    (
+        Look::Error,
+        "error",
+        "Shows where ambient occlusion differs from the truth, in the colours of hbao compare --heat",
+    ),
 ];
 
 /// The numbers of rays that can be chosen.
 const RAYS: [u32; 5] = [64, 256, 1024, 4096, 16384];
-
 
 /// The colour of the background in a map of errors.
 const NOTHING: u8 = 48;
@@ -114,8 +117,7 @@ fn in_words(viewer: &Viewer) -> Vec<String> {
 /// known so far.
 pub(super) fn follow(viewer: &mut Viewer, moving: bool, context: &egui::Context) {
     let settings = viewer.settings();
-    let settings =
-        Settings { radius: settings.radius, attenuation: settings.attenuation, ..Settings::default() };
+    let settings = Settings { radius: settings.radius, attenuation: settings.attenuation, ..Settings::default() };
     let wanted = Wanted {
         scene: viewer.scene.clone(),
         view: viewer.eye.view(),
@@ -161,9 +163,8 @@ fn measure(viewer: &mut Viewer, context: &egui::Context) {
         viewer.truth.texture = None;
         return;
     };
-    let load = |name: String, image: &Image<[u8; 3]>| {
-        context.load_texture(name, color_image(image), TextureOptions::NEAREST)
-    };
+    let load =
+        |name: String, image: &Image<[u8; 3]>| context.load_texture(name, color_image(image), TextureOptions::NEAREST);
     viewer.truth.texture = Some(load("truth".into(), &refined.visibility.map(|a| [byte(a); 3])));
     let Some(drawn) = viewer.drawn.as_ref().filter(|drawn| drawn.job.divisor == 1) else { return };
     for (at, side) in drawn.sides.iter().enumerate() {
@@ -199,7 +200,12 @@ pub(super) fn paint(viewer: &Viewer, painter: &Painter, area: Rect) {
         return;
     }
     let (Some(refined), Some(texture)) = (&truth.refined, &truth.texture) else {
-        label(painter, area.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, "The truth is traced once nothing moves");
+        label(
+            painter,
+            area.left_bottom() + vec2(8.0, -8.0),
+            Align2::LEFT_BOTTOM,
+            "The truth is traced once nothing moves",
+        );
         return;
     };
     let image = |painter: &Painter, texture| painter.image(texture, area, UPRIGHT, Color32::WHITE);

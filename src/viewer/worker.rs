@@ -1,7 +1,8 @@
 //! Renders on a thread of its own, so that the window never waits for an image. The thread has an OpenGL context of its
 //! own too, the one that `hbao render` would have.
 
-use crate::picture::{self, ImageKind, Pixels};
+use crate::picture::{self, ImageKind, NEVER_EXITS, Pixels};
+use crate::report::tables::cells::percent;
 use eframe::egui;
 use hbao::context::Context;
 use hbao::image::Image;
@@ -236,7 +237,7 @@ impl Pipelines {
             notices.extend(
                 pipeline.notices().iter().filter(|notice| !notices.contains(notice)).cloned().collect::<Vec<_>>(),
             );
-            let (shown, exits) = (pixels.shown(), pixels.share_in_words(&settings));
+            let (shown, exits) = (pixels.shown(), exits_in_words(&pixels, &settings));
             let ao = job.measured.then(|| pipeline.ao()).transpose()?;
             let inspected = job.inspected.then(|| {
                 let (depth, normals, raw) = (pipeline.depth()?, pipeline.normals()?, pipeline.ao_raw().cloned());
@@ -272,6 +273,17 @@ impl Pipelines {
         let last = self.0.len() - 1;
         Ok((&mut self.0[last].1, compiles))
     }
+}
+
+/// Says at what share of the surface the method exits early, if the image shows that.
+fn exits_in_words(pixels: &Pixels, settings: &Settings) -> Option<String> {
+    let [exits, covered] = pixels.exits()?;
+    let name = settings.method.name();
+    Some(match exits {
+        _ if !settings.method.reads("exit") => format!("{name} {NEVER_EXITS}"),
+        0 => format!("{name} exits early nowhere"),
+        _ => format!("{name} exits early at {} of the surface", percent(exits as f64 / covered as f64)),
+    })
 }
 
 /// The name of a scene as a title shows it: a built-in scene's name, or the file's name without its folder.

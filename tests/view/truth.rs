@@ -1,7 +1,7 @@
 //! The truth that the viewer traces, the share that exits early, and the anatomy of a pixel.
 
-use crate::rig::command::{HBAO, by, cached, with_shader_cache};
 use crate::Window;
+use crate::rig::command::{HBAO, by, cached, with_shader_cache};
 use hbao::image::{Image, exr};
 use hbao::reference::TwinInputs;
 use hbao::reference::anatomy::Anatomy;
@@ -69,7 +69,8 @@ fn the_error_against_the_truth_is_that_of_the_commands() {
 fn a_drag_is_answered_while_the_truth_is_traced_and_gives_it_up() {
     let Some(mut window) = Window::open("") else { return };
     window.xdotool("key 2 key g");
-    let before = window.settled(|line| line["truth"]["tracing"] == true && line["truth"]["progress"].as_f64() > Some(0.0));
+    let before =
+        window.settled(|line| line["truth"]["tracing"] == true && line["truth"]["progress"].as_f64() > Some(0.0));
     let count = window.lines().len();
     window.drag("image", [0.5, 0.5], [0.7, 0.6]);
     window.settled(|line| line["command"] != before["command"]);
@@ -93,7 +94,10 @@ fn a_drag_is_answered_while_the_truth_is_traced_and_gives_it_up() {
     window.drag("knob radius", [0.3, 0.5], [0.2, 0.5]);
     let lines = window.lines();
     let changed = lines.iter().find(|line| line["settings"] != strong["settings"] && line["truth"]["look"] == "error");
-    assert!(lines.iter().any(|line| line["settings"] != strong["settings"] && line["truth"]["known"].is_null()), "{changed:?}");
+    assert!(
+        lines.iter().any(|line| line["settings"] != strong["settings"] && line["truth"]["known"].is_null()),
+        "{changed:?}"
+    );
     window.click("truth off");
     window.wait(|line| line["truth"]["look"] == "off" && line["truth"]["tracing"] == false);
     window.close();
@@ -142,7 +146,8 @@ fn a_click_shows_the_anatomy_of_that_pixel_with_the_numbers_of_its_twin() {
         let scale = if settings.half_res { 2 } else { 1 };
         let texel = (x as usize / scale, (559 - y as usize) / scale);
         // The window's camera has the angle of view that a flag can hold, which differs in the last digits.
-        let same = |told: &Value, number: f64| assert!((told.as_f64().unwrap() - number).abs() < 1e-9, "{told} {number}");
+        let same =
+            |told: &Value, number: f64| assert!((told.as_f64().unwrap() - number).abs() < 1e-9, "{told} {number}");
         same(&shown["anatomy"]["twin"], anatomy.visibility(texel).unwrap());
         assert_eq!(shown["anatomy"]["shader"].as_f64().unwrap() as f32, raw.at(texel.0, texel.1));
         let slice = anatomy.slice(texel, 2).unwrap();
