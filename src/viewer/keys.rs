@@ -34,22 +34,12 @@ static ROWS: &[Row] = &[
     row(Key::M, "M", "Magnify the pixels under the pointer and show their values", |viewer, _| {
         viewer.magnified = !viewer.magnified;
     }),
-    row(
-        Key::G,
-        "G",
-        "Ray-traced truth: off, errors in numbers, beside the image, alone, errors as a map",
-        |viewer, _| {
-            truth::next(viewer);
-        },
-    ),
-    row(
-        Key::X,
-        "X",
-        "Take the pixel that is clicked apart: its directions, its samples, and what each adds",
-        |viewer, _| {
-            anatomy::switch(viewer);
-        },
-    ),
+    row(Key::G, "G", "Ray-traced truth: off, in numbers, beside the image, alone, its errors", |viewer, _| {
+        truth::next(viewer);
+    }),
+    row(Key::X, "X", "Take the clicked pixel apart: directions, samples, what each adds", |viewer, _| {
+        anatomy::switch(viewer);
+    }),
     row(Key::OpenBracket, "[", "Show the previous direction of that pixel", |viewer, _| anatomy::turn(viewer, -1)),
     row(Key::CloseBracket, "]", "Show the next direction of that pixel", |viewer, _| anatomy::turn(viewer, 1)),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),

@@ -197,7 +197,7 @@ fn magnifier(viewer: &Viewer, ui: &Ui, area: Rect, pointer: Pos2) {
             let traced = traced.filter(|truth| (truth.width, truth.height) == (shown.width, shown.height));
             let traced = traced.map(|truth| format!(", truth {:.4}", truth.at(x as usize, y as usize)));
             let top = shown.height as i64 - 1 - y;
-            let place = format!("x {x}, y {top} from the top left{}", traced.unwrap_or_default());
+            let place = format!("x {x}, y {top}{}", traced.unwrap_or_else(|| " from the top left".into()));
             painter.text(
                 from - vec2(0.0, 38.0),
                 Align2::LEFT_TOP,
