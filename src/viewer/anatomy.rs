@@ -1,7 +1,7 @@
 //! How the clicked pixel got its value: its samples in the image, and the slice of one of its directions in a window.
 
 use super::knobs::short;
-use super::plot::{self, BLUE, RED, SURFACE, degrees};
+use super::plot::{self, BLUE, RED, SURFACE, degrees, rounded};
 use super::section::{Kind, Section};
 use super::state::Viewer;
 use eframe::egui::{self, Color32, DragValue, Grid, Painter, Pos2, Rect, RichText, ScrollArea, Shape, Stroke, Ui};
@@ -229,7 +229,8 @@ fn summary(ui: &mut Ui, section: &Section) {
         _ if section.directions > 0 && !start.exits_early => {
             let (count, strength) = (section.directions, section.strength);
             let a = (1.0 - sum * strength / f64::from(count)).clamp(0.0, 1.0);
-            ui.label(format!("A = 1 - {strength:.2}/{count} x {sum:.4}, the sum over the directions, = {a:.4}"));
+            let sum = rounded(sum, 4);
+            ui.label(format!("A = 1 - {strength:.2}/{count} x {sum}, the sum over the directions, = {a:.4}"));
         }
         _ => {}
     }
@@ -253,7 +254,7 @@ fn directions(viewer: &mut Viewer, ui: &mut Ui, section: &Section) {
         let drag = ui.add(DragValue::new(&mut shown).range(1..=section.directions));
         viewer.note("anatomy direction", drag.rect);
         let adds = section.occlusions.get(section.direction as usize).copied().unwrap_or(0.0);
-        ui.label(format!("of {}; it adds {adds:.4}", section.directions));
+        ui.label(format!("of {}; it adds {}", section.directions, rounded(adds, 4)));
         if shown != section.direction + 1 {
             viewer.inspection.direction = shown - 1;
             viewer.inspection.stale = true;
@@ -297,7 +298,7 @@ fn samples(ui: &mut Ui, section: &Section) {
                     }
                     None => (0..4).for_each(|_| drop(ui.label("-"))),
                 }
-                ui.label(format!("{:.4}", sample.contribution));
+                ui.label(rounded(sample.contribution, 4));
                 ui.label(in_words(sample.fate));
                 ui.end_row();
             }

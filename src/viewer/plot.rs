@@ -57,9 +57,13 @@ pub(super) fn legend_line(ui: &mut Ui, colour: Color32, text: &str) {
 
 /// Writes an angle, given by its sine, in degrees.
 pub(super) fn degrees(sine: f64) -> String {
-    let tenths = (sine.clamp(-1.0, 1.0).asin().to_degrees() * 10.0).round();
-    // Without the sign of a zero.
-    format!("{:.1}°", tenths / 10.0 + 0.0)
+    format!("{}°", rounded(sine.clamp(-1.0, 1.0).asin().to_degrees(), 1))
+}
+
+/// Writes a number with so many places, without the sign of a zero.
+pub(super) fn rounded(value: f64, places: usize) -> String {
+    let text = format!("{value:.places$}");
+    if text.parse() == Ok(0.0) { text.trim_start_matches('-').into() } else { text }
 }
 
 /// Draws the slice, and returns where.

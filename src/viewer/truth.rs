@@ -170,7 +170,7 @@ fn measure(viewer: &mut Viewer, context: &egui::Context) {
     for (at, side) in drawn.sides.iter().enumerate() {
         let Some(ao) = &side.ao else { continue };
         if (ao.width, ao.height) != (refined.visibility.width, refined.visibility.height) {
-            let half = "it has half resolution and no blur, so it cannot be compared with the truth";
+            let half = "half resolution without a blur is not compared";
             viewer.truth.errors.push(Err(half.into()));
             continue;
         }
