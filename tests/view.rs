@@ -2,6 +2,8 @@
 //! what the window shows, the tests read in the file of `--log`.
 
 mod rig;
+#[path = "view/truth.rs"]
+mod truth;
 
 use rig::command::{HBAO, by, hbao, with_shader_cache};
 use rig::process::skip;

@@ -232,6 +232,9 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     };
     let unmeant = unmeant::of(&pipeline, &depth, region.camera.projection, &resolved, kept, nothing)?;
     unmeant.iter().for_each(|notice| say(notice));
+    if std::ptr::eq(wanted.show, &raw const picture::EXITS) && !resolved.method.reads("exit") {
+        say(&format!("{} {}: --show exits shows visibility alone", resolved.method.name(), picture::NEVER_EXITS));
+    }
 
     let mut render = flags.seen(camera);
     if let Some(tile) = &tile {

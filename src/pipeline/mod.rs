@@ -11,7 +11,7 @@ use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{GBuffer, GBufferVariant};
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
-use crate::projection::Hand;
+use crate::projection::{Hand, Projection};
 use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, Settings};
 use glow::HasContext;
@@ -65,6 +65,8 @@ pub struct Pipeline {
     kept: Kept,
     /// The part of the picture in which ambient occlusion is computed, if that is not all of it.
     within: Option<[u32; 4]>,
+    /// The projection of the camera that was rendered last.
+    projection: Option<Projection>,
     timers: Timers,
     notices: Vec<String>,
 }
@@ -142,6 +144,7 @@ impl Pipeline {
             full_screen: FullScreen::new(gl)?,
             kept: Kept::default(),
             within: None,
+            projection: None,
             timers: Timers::new(gl, request.timings)?,
             notices,
         })
@@ -206,6 +209,7 @@ impl Pipeline {
     /// refuses a shader, an allocation or a call.
     pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
         check_depth_range(&self.settings, camera)?;
+        self.projection = Some(camera.projection);
         let (gl, size, background) = (&self.gl, self.size, self.background());
         let targets = &*self.targets;
         let variant = GBufferVariant {
@@ -395,6 +399,12 @@ impl Pipeline {
     pub fn composite(&self) -> Result<Option<Image<[u8; 3]>>, Error> {
         let Some(FinalImage { image, .. }) = &self.composite else { return Ok(None) };
         Ok(Some(self.image(rgb8(&image.read()?))))
+    }
+
+    /// Returns the projection of the camera that was rendered last; `None` before the first rendering.
+    #[must_use]
+    pub fn projection(&self) -> Option<Projection> {
+        self.projection
     }
 
     fn image<T: Copy>(&self, texels: Vec<T>) -> Image<T> {

@@ -92,6 +92,11 @@ impl Tracer<'_> {
         (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(DVec3::Y)
     }
 
+    /// Returns the mesh.
+    pub(super) fn mesh(&self) -> &Mesh {
+        self.mesh
+    }
+
     /// Finds the nearest hit as [`Tracer::nearest`] does, but ignores the triangle `but`, on which the ray starts.
     pub(super) fn nearest_but(
         &self,

@@ -4,14 +4,20 @@
 //! that it reads back. So the window waits for no image, what it shows is what `hbao render` writes, and the state of
 //! OpenGL that the interface of the window changes is no matter. The window is drawn again only if there is a reason.
 
+mod anatomy;
 mod eye;
 mod keys;
 mod knobs;
+mod label;
 mod log;
 mod panel;
+mod plot;
 mod request;
+mod section;
 mod stage;
 mod state;
+mod tracing;
+mod truth;
 mod worker;
 
 pub(crate) use worker::{OpenContext, Render};
@@ -121,6 +127,7 @@ impl Viewer {
                 "hash": self.hash,
                 "sides": drawn.sides.len(),
                 "current": self.is_current(),
+                "exits": drawn.sides.iter().map(|side| side.exits.clone()).collect::<Vec<_>>(),
             })
         });
         let toml = |settings: &Settings| settings.to_toml();
@@ -134,6 +141,8 @@ impl Viewer {
             "command": self.command(),
             "image": image,
             "message": self.message,
+            "truth": truth::log(self),
+            "anatomy": anatomy::log(self),
             "said": self.said,
             "widgets": log::rectangles(&self.widgets, context.pixels_per_point()),
         });
@@ -171,6 +180,8 @@ impl eframe::App for Viewer {
         let moving = flies || dragged || context.egui_is_using_pointer();
         self.resize_once(&context);
         self.order_image(moving, &context);
+        truth::follow(self, moving, &context);
+        anatomy::window(self, &context);
         self.write_log(&context);
         self.frames += 1;
     }

@@ -2,6 +2,7 @@
 
 use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
+use super::truth;
 use crate::picture;
 use eframe::egui::{self, Color32, RichText, TextEdit, Ui};
 use hbao::settings::Settings;
@@ -34,6 +35,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 /// What is shown: the image, and of which side.
 fn shown(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
+        let spacing = ui.spacing_mut();
+        (spacing.item_spacing.x, spacing.button_padding.x) = (3.0, 3.0);
         for (at, (name, image)) in picture::names().enumerate() {
             let button = ui.selectable_label(viewer.show.0 == name, name);
             let button = button.on_hover_text(format!("{}\n\nKey {}", image.help.replace('\n', " "), at + 1));
@@ -74,6 +77,7 @@ fn shown(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.keys_shown = true;
         }
     });
+    truth::panel(viewer, ui);
 }
 
 /// The two sides, and the presets of the one in the panel.
@@ -237,6 +241,10 @@ pub(super) fn status(viewer: &Viewer, ui: &mut Ui) {
             )
         }
     }];
+    let sides = viewer.drawn.iter().flat_map(|drawn| &drawn.sides);
+    parts.extend(
+        names(viewer).iter().zip(sides).filter_map(|(name, side)| Some(format!("{name}: {}", side.exits.as_ref()?))),
+    );
     parts.extend(viewer.drawn.iter().filter_map(|drawn| drawn.notices.first().cloned()));
     parts.extend(Some(viewer.said.clone()).filter(|said| !said.is_empty()));
     ui.add(egui::Label::new(parts.join("   |   ")).truncate());

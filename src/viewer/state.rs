@@ -3,9 +3,11 @@
 use super::eye::Eye;
 use super::log::{self, Log};
 use super::request::{self, Rendered};
+use super::section::Inspection;
+use super::tracing::{Look, Truth};
 use super::worker::{Answer, Drawn, Job, Order, Worker, title};
 use crate::picture::{self, ImageKind};
-use eframe::egui::{self, Rect, TextureHandle};
+use eframe::egui::{self, Rect, TextureHandle, pos2};
 use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{Image, Outputs};
@@ -62,6 +64,8 @@ pub(super) struct Viewer {
     /// The name of the image, and the image.
     pub(super) show: (&'static str, &'static ImageKind),
     pub(super) timed: bool,
+    pub(super) truth: Truth,
+    pub(super) inspection: Inspection,
     pub(super) magnified: bool,
     pub(super) keys_shown: bool,
     /// What went wrong last.
@@ -132,6 +136,8 @@ impl Viewer {
             gain: 8.0,
             show,
             timed: false,
+            truth: Truth::new(),
+            inspection: Inspection::default(),
             magnified: false,
             keys_shown: false,
             message: None,
@@ -158,6 +164,14 @@ impl Viewer {
     /// The settings in the panel.
     pub(super) fn settings(&self) -> &Settings {
         &self.sides[self.tab]
+    }
+
+    /// The names of the sides on the screen.
+    pub(super) fn side_names(&self) -> [&'static str; 2] {
+        match self.drawn.as_ref().map_or(1, |drawn| drawn.sides.len()) {
+            1 if self.tab == 1 => ["B", "A"],
+            _ => ["A", "B"],
+        }
     }
 
     /// Notes where a widget is, for the log.
@@ -318,6 +332,7 @@ impl Viewer {
             self.hash = drawn.sides.first().map_or_else(String::new, |side| log::hash(&side.shown));
         }
         (self.drawn, self.difference) = (Some(drawn), None);
+        (self.truth.stale, self.inspection.stale) = (true, true);
     }
 
     /// Whether the image on the screen is the one that was ordered last.
@@ -338,6 +353,8 @@ impl Viewer {
             size: self.size,
             divisor: 1,
             timed: self.timed,
+            measured: self.truth.look != Look::Off,
+            inspected: self.inspection.is_on,
         };
         let divisor = (self.full_seconds / LONGEST).sqrt().ceil().clamp(1.0, f64::from(LARGEST_DIVISOR)) as u32;
         let changed = self.ordered.as_ref().is_none_or(|ordered| !job.same(&Job { divisor: 1, ..ordered.clone() }));
@@ -357,6 +374,9 @@ impl Viewer {
         self.order(Order::Draw(job, self.input));
     }
 }
+
+/// The part of a texture that is shown, upside down, because images have their bottom row first.
+pub(super) const UPRIGHT: Rect = Rect { min: pos2(0.0, 1.0), max: pos2(1.0, 0.0) };
 
 /// An image for egui, with the same order of rows: the bottom row first.
 pub(super) fn color_image(image: &Image<[u8; 3]>) -> egui::ColorImage {
