@@ -1,5 +1,6 @@
 //! What the window shows, and what its panel and keys can do with it.
 
+use super::Hearing;
 use super::eye::Eye;
 use super::log::{self, Log};
 use super::request::{self, Rendered};
@@ -57,6 +58,8 @@ pub(super) struct Viewer {
     pub(super) compare: Compare,
     /// Where the divider is: a share of the image's width.
     pub(super) divider: f32,
+    /// Whether the divider is dragged by a pointer that left it at once.
+    pub(super) divider_left: bool,
     /// By what the difference is multiplied.
     pub(super) gain: f32,
     /// The name of the image, and the image.
@@ -93,6 +96,8 @@ pub(super) struct Viewer {
     /// When the input of this frame arrived, in milliseconds since the start.
     pub(super) input: f64,
     pub(super) log: Option<Arc<Mutex<Log>>>,
+    /// The drivers that are heard, if there is a log.
+    pub(super) heard: Option<Hearing>,
     /// The widgets of this frame, for the log.
     pub(super) widgets: Vec<(String, Rect)>,
     pub(super) frames: u64,
@@ -129,6 +134,7 @@ impl Viewer {
             tab: 0,
             compare: Compare::One,
             divider: 0.5,
+            divider_left: false,
             gain: 8.0,
             show,
             timed: false,
@@ -150,6 +156,7 @@ impl Viewer {
             start,
             input: 0.0,
             log: log.map(|log| Arc::new(Mutex::new(log))),
+            heard: None,
             widgets: Vec::new(),
             frames: 0,
         })
@@ -242,6 +249,14 @@ impl Viewer {
     pub(super) fn open(&mut self, name: &Path) {
         self.said = format!("Opening {} ...", name.display());
         self.order(Order::Open(name.into()));
+    }
+
+    /// Opens the first of the files that were dropped on the window.
+    pub(super) fn take_dropped(&mut self, context: &egui::Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.clone());
+        if let Some(file) = dropped.first() {
+            self.open(file.path());
+        }
     }
 
     fn order(&mut self, order: Order) {
@@ -361,4 +376,61 @@ impl Viewer {
 /// An image for egui, with the same order of rows: the bottom row first.
 pub(super) fn color_image(image: &Image<[u8; 3]>) -> egui::ColorImage {
     egui::ColorImage::from_rgb([image.width, image.height], image.texels.as_flattened())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hbao::context::Context;
+
+    /// A file that was dropped on the window.
+    #[derive(Debug)]
+    struct Dropped(PathBuf);
+
+    impl egui::DroppedFile for Dropped {
+        fn path(&self) -> &Path {
+            &self.0
+        }
+
+        fn bytes(&self) -> Result<Vec<u8>, String> {
+            std::fs::read(&self.0).map_err(|error| error.to_string())
+        }
+    }
+
+    /// A viewer without a window.
+    fn viewer() -> Viewer {
+        let open = Box::new(|| Context::open(Backend::Auto));
+        let scene = Scene::open(hbao::scene::CORNELL_BOX).unwrap();
+        Viewer::new(Start {
+            worker: Worker::start(open, |_, _| Ok(()), None).unwrap(),
+            name: hbao::scene::CORNELL_BOX.into(),
+            view: scene.view.clone(),
+            scene,
+            settings: Settings::default(),
+            backend: Backend::Auto,
+            size: (64, 48),
+            wanted: None,
+            log: None,
+            start: Instant::now(),
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_model_that_is_dropped_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("step.obj");
+        std::fs::write(&path, "v 0 0 0\nv 4 0 0\nv 4 0 4\nv 0 3 0\nf 1 2 3\nf 1 2 4\n").unwrap();
+        let mut viewer = viewer();
+        let context = egui::Context::default();
+        let input = egui::RawInput { dropped_files: vec![Arc::new(Dropped(path.clone()))], ..Default::default() };
+        context.run_ui(input, |ui| viewer.take_dropped(ui.ctx())).textures_delta.clear();
+        let start = Instant::now();
+        while viewer.name != path.as_os_str() {
+            viewer.take_answers(&context);
+            assert!(viewer.message.is_none() && start.elapsed().as_secs() < 60, "{:?}", viewer.message);
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert_eq!(viewer.scene.mesh.triangles.len(), 2);
+    }
 }

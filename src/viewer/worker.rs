@@ -1,6 +1,7 @@
 //! Renders on a thread of its own, so that the window never waits for an image. The thread has an OpenGL context of its
 //! own too, the one that `hbao render` would have.
 
+use super::complaints::{Complaints, Heard};
 use crate::picture::{self, ImageKind, Pixels};
 use eframe::egui;
 use hbao::context::Context;
@@ -99,7 +100,8 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Starts the thread, and waits until it has its context.
-    pub(super) fn start(open: OpenContext, render: Render) -> Result<Worker, Error> {
+    /// If there are complaints to note, the context is heard.
+    pub(super) fn start(open: OpenContext, render: Render, complaints: Option<Complaints>) -> Result<Worker, Error> {
         let (orders, ordered) = channel();
         let (answer, answers) = channel();
         let (ready, opened) = channel();
@@ -111,7 +113,13 @@ impl Worker {
                 Err(error) => return drop(ready.send(Err(error))),
             };
             let _ = ready.send(Ok(()));
+            // SAFETY: the context is current on this thread, and the addresses are its own.
+            let listen = |complaints: &Complaints| unsafe {
+                Heard::new(context.gl(), |name| context.get_proc_address(name), "render", complaints)
+            };
+            let mut heard = complaints.as_ref().map(listen);
             serve(&context, render, &ordered, |answered| {
+                heard.iter_mut().for_each(Heard::ask);
                 let sent = answer.send(answered).is_ok();
                 if let Some(window) = wakes.get() {
                     window.request_repaint();
@@ -152,7 +160,7 @@ impl Drop for Worker {
 
 /// Does what is ordered, until there is nobody to answer. Of several images that were ordered, only the last is
 /// rendered.
-fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, answer: impl Fn(Answer) -> bool) {
+fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, mut answer: impl FnMut(Answer) -> bool) {
     let mut pipelines = Pipelines(Vec::new());
     while let Ok(first) = ordered.recv() {
         let mut waiting: Vec<Order> = [first].into_iter().chain(ordered.try_iter()).collect();
