@@ -1,11 +1,15 @@
 //! Drives `hbao view` as a person does: a window under Xvfb, a pointer and keys by xdotool. Where the widgets are, and
 //! what the window shows, the tests read in the file of `--log`.
 
+#[path = "view/costs.rs"]
+mod costs;
 #[path = "view/driver.rs"]
 mod driver;
 #[path = "view/moves.rs"]
 mod moves;
 mod rig;
+#[path = "view/watch.rs"]
+mod watch;
 
 use rig::command::{HBAO, by, hbao, with_shader_cache};
 use rig::process::skip;

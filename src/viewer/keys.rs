@@ -33,6 +33,7 @@ static ROWS: &[Row] = &[
         viewer.magnified = !viewer.magnified;
     }),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),
+    row(Key::G, "G", "Show or hide error against time", |viewer, _| viewer.sweep_shown = !viewer.sweep_shown),
     row(Key::Y, "Y", "Copy the command that renders this image", |viewer, context| {
         context.copy_text(viewer.command());
         viewer.said = "The command was copied.".into();

@@ -5,14 +5,18 @@
 //! OpenGL that the interface of the window changes is no matter. The window is drawn again only if there is a reason.
 
 mod complaints;
+mod costs;
 mod eye;
 mod keys;
 mod knobs;
 mod log;
 mod panel;
 mod request;
+mod scatter;
 mod stage;
 mod state;
+mod sweep;
+mod watch;
 mod worker;
 
 pub(crate) use worker::{OpenContext, Render};
@@ -87,6 +91,7 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
             .egui_ctx
             .all_styles_mut(|style| style.visuals.override_text_color = Some(egui::Color32::from_gray(220)));
         viewer.worker.wakes(&created.egui_ctx);
+        viewer.watch.wakes(&created.egui_ctx);
         viewer.name_window(&created.egui_ctx);
         Ok(Box::new(viewer))
     });
@@ -158,6 +163,8 @@ impl Viewer {
                 "hash": self.hash,
                 "sides": drawn.sides.len(),
                 "current": self.is_current(),
+                "texture_bytes": drawn.sides.iter().map(|side| side.texture_bytes).collect::<Vec<_>>(),
+                "triangle_bytes": drawn.sides.iter().map(|side| side.triangle_bytes).collect::<Vec<_>>(),
             })
         });
         let toml = |settings: &Settings| settings.to_toml();
@@ -168,6 +175,8 @@ impl Viewer {
             "show": self.show.0,
             "settings": self.sides.each_ref().map(toml),
             "tab": self.tab,
+            "timed_frames": self.costs.count(),
+            "sweep": self.sweep.as_ref().map(scatter::in_json),
             "command": self.command(),
             "image": image,
             "message": self.message,
@@ -202,10 +211,15 @@ impl eframe::App for Viewer {
             self.name_window(&context);
         }
         self.take_dropped(&context);
+        if self.watch.has_changed() {
+            self.open_again();
+        }
         let flies = keys::act(self, &context);
         egui::Panel::bottom("status").resizable(false).show(ui, |ui| panel::status(self, ui));
         egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
         let dragged = stage::show(self, ui);
+        costs::show(self, &context);
+        scatter::show(self, &context);
         panel::message(self, &context);
         keys::list(self, &context);
         let moving = flies || dragged || context.egui_is_using_pointer();

@@ -1,5 +1,6 @@
 //! The panel beside the image, and the line below it.
 
+use super::costs;
 use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
 use crate::picture;
@@ -98,6 +99,12 @@ fn tabs(viewer: &mut Viewer, ui: &mut Ui) {
                 viewer.sides[viewer.tab] = of(usual);
             }
         }
+        ui.separator();
+        let plot = ui.button("plot").on_hover_text("Key G: error against time, of these and of other settings");
+        viewer.note("plot", plot.rect);
+        if plot.clicked() {
+            viewer.sweep_shown = !viewer.sweep_shown;
+        }
     });
 }
 
@@ -122,7 +129,10 @@ fn times(viewer: &Viewer, ui: &mut Ui) {
             }
         }
         for pass in passes {
-            ui.label(pass);
+            ui.horizontal(|ui| {
+                costs::swatch(ui, viewer.costs.colour(pass));
+                ui.label(pass);
+            });
             for side in &drawn.sides {
                 let time = side.times.iter().find(|time| time.name == pass);
                 let cell = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.2}"));
@@ -229,11 +239,13 @@ pub(super) fn status(viewer: &Viewer, ui: &mut Ui) {
                 1 => format!("{width}x{height}"),
                 divisor => format!("{width}x{height}, 1/{divisor} of it while moving"),
             };
+            let held = drawn.sides.iter().map(|side| costs::bytes(side.texture_bytes + side.triangle_bytes));
             format!(
-                "{size}, {:.0} ms, {} samples a pixel, msaa {}",
+                "{size}, {:.0} ms, {} samples a pixel, msaa {}, {} on the GPU",
                 1e3 * drawn.seconds,
                 samples.join(" and "),
-                depths.join(" and ")
+                depths.join(" and "),
+                held.collect::<Vec<_>>().join(" and ")
             )
         }
     }];

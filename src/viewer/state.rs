@@ -1,9 +1,12 @@
 //! What the window shows, and what its panel and keys can do with it.
 
 use super::Hearing;
+use super::costs::Costs;
 use super::eye::Eye;
 use super::log::{self, Log};
 use super::request::{self, Rendered};
+use super::sweep::Sweep;
+use super::watch::Watch;
 use super::worker::{Answer, Drawn, Job, Order, Worker, title};
 use crate::picture::{self, ImageKind};
 use eframe::egui::{self, Rect, TextureHandle};
@@ -65,6 +68,12 @@ pub(super) struct Viewer {
     /// The name of the image, and the image.
     pub(super) show: (&'static str, &'static ImageKind),
     pub(super) timed: bool,
+    pub(super) costs: Costs,
+    /// Whether error against time is shown, and the measurement of it.
+    pub(super) sweep_shown: bool,
+    pub(super) sweep: Option<Sweep>,
+    /// The files of the scene, which may change.
+    pub(super) watch: Watch,
     pub(super) magnified: bool,
     pub(super) keys_shown: bool,
     /// What went wrong last.
@@ -125,7 +134,6 @@ impl Viewer {
         Ok(Viewer {
             worker,
             model_text: name.to_string_lossy().into_owned(),
-            name,
             scene: Arc::new(scene),
             backend,
             first: eye.clone(),
@@ -138,6 +146,10 @@ impl Viewer {
             gain: 8.0,
             show,
             timed: false,
+            costs: Costs::default(),
+            sweep_shown: false,
+            sweep: None,
+            watch: Watch::start(&name),
             magnified: false,
             keys_shown: false,
             message: None,
@@ -159,6 +171,7 @@ impl Viewer {
             heard: None,
             widgets: Vec::new(),
             frames: 0,
+            name,
         })
     }
 
@@ -259,6 +272,11 @@ impl Viewer {
         }
     }
 
+    /// Reads the files of the scene again, which have changed. The scene on the screen stays until they are read.
+    pub(super) fn open_again(&mut self) {
+        self.order(Order::OpenAgain(self.name.clone()));
+    }
+
     fn order(&mut self, order: Order) {
         if !self.worker.order(order) {
             self.message = Some("the thread that renders has ended: close the window, and start again".into());
@@ -279,6 +297,10 @@ impl Viewer {
                     self.said.clear();
                     self.message = Some(error.to_string());
                 }
+                Answer::OpenedAgain(name, scene) => {
+                    let opened = scene.and_then(|scene| self.take_scene_again(name, *scene));
+                    self.report(opened);
+                }
                 Answer::Saved(path, Ok(())) => self.said = format!("The image was saved as {}.", path.display()),
                 Answer::Saved(_, Err(error)) => {
                     self.said.clear();
@@ -288,11 +310,23 @@ impl Viewer {
         }
     }
 
-    fn take_scene(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
-        if scene.mesh.diagonal() == 0.0 {
-            let what = "all its points coincide, so there is nothing to see".into();
-            return Err(Error::Input { path: name.into(), what });
+    /// Takes a scene whose files have changed. Camera and settings stay.
+    fn take_scene_again(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
+        // Another one may have been opened meanwhile.
+        if name != self.name {
+            return Ok(());
         }
+        check_extent(&name, &scene)?;
+        self.said = match scene.notices.first() {
+            Some(notice) => notice.clone(),
+            None => format!("{} has changed, and was read again.", title(&name)),
+        };
+        (self.scene, self.message) = (Arc::new(scene), None);
+        Ok(())
+    }
+
+    fn take_scene(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
+        check_extent(&name, &scene)?;
         let eye = Eye::new(&scene.view, &scene.mesh, self.size)?;
         for settings in &mut self.sides {
             // A length in units of the earlier scene means nothing here.
@@ -308,6 +342,7 @@ impl Viewer {
         (self.first, self.eye) = (eye.clone(), eye);
         (self.name, self.scene, self.message) = (name, Arc::new(scene), None);
         self.model_text = self.name.to_string_lossy().into_owned();
+        self.watch.of(&self.name);
         Ok(())
     }
 
@@ -316,6 +351,7 @@ impl Viewer {
         if drawn.job.divisor == 1 && (!drawn.compiled || self.full_seconds == 0.0) {
             self.full_seconds = drawn.seconds;
         }
+        self.costs.note(&drawn, self.tab);
         // Texels are seen as they are where one is a pixel.
         let options = match drawn.job.divisor {
             1 => egui::TextureOptions::NEAREST,
@@ -371,6 +407,15 @@ impl Viewer {
         self.ordered = Some(job.clone());
         self.order(Order::Draw(job, self.input));
     }
+}
+
+/// Refuses a scene without an extent.
+fn check_extent(name: &OsStr, scene: &Scene) -> Result<(), Error> {
+    if scene.mesh.diagonal() > 0.0 {
+        return Ok(());
+    }
+    let what = "all its points coincide, so there is nothing to see".into();
+    Err(Error::Input { path: name.into(), what })
 }
 
 /// An image for egui, with the same order of rows: the bottom row first.

@@ -56,6 +56,8 @@ pub(super) enum Order {
     Draw(Job, f64),
     /// Open a model by its name or path.
     Open(OsString),
+    /// Open the present model again, because its files have changed.
+    OpenAgain(OsString),
     /// Run `hbao render` with these arguments, which write this file.
     Save(Vec<OsString>, PathBuf),
 }
@@ -67,6 +69,9 @@ pub(super) struct Side {
     pub(super) times: Vec<PassTime>,
     /// Depth samples per pixel, as the driver gives them.
     pub(super) samples: u32,
+    /// What the pipeline holds on the GPU, and what the triangles of a frame take there.
+    pub(super) texture_bytes: u64,
+    pub(super) triangle_bytes: u64,
 }
 
 /// What a [`Job`] led to.
@@ -85,6 +90,7 @@ pub(super) struct Drawn {
 pub(super) enum Answer {
     Drawn(Result<Box<Drawn>, Error>),
     Opened(OsString, Result<Box<Scene>, Error>),
+    OpenedAgain(OsString, Result<Box<Scene>, Error>),
     Saved(PathBuf, Result<(), Error>),
 }
 
@@ -179,6 +185,10 @@ fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, mut answe
                     let scene = Scene::open(&name).map(Box::new);
                     Answer::Opened(name, scene)
                 }
+                Order::OpenAgain(name) => {
+                    let scene = Scene::open(&name).map(Box::new);
+                    Answer::OpenedAgain(name, scene)
+                }
                 Order::Save(arguments, path) => Answer::Saved(path, render(context, &arguments)),
             };
             if !answer(answered) {
@@ -220,7 +230,9 @@ impl Pipelines {
             notices.extend(
                 pipeline.notices().iter().filter(|notice| !notices.contains(notice)).cloned().collect::<Vec<_>>(),
             );
-            sides.push(Side { shown: pixels.shown(), pixels, times, samples: pipeline.samples() });
+            let (texture_bytes, triangle_bytes) = (pipeline.texture_bytes(), pipeline.triangle_bytes());
+            let samples = pipeline.samples();
+            sides.push(Side { shown: pixels.shown(), pixels, times, samples, texture_bytes, triangle_bytes });
         }
         Ok(Drawn { job, input, sides, seconds: start.elapsed().as_secs_f64(), compiled, notices })
     }

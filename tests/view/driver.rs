@@ -8,6 +8,9 @@ use std::collections::BTreeSet;
 /// How many frames are watched.
 const FRAMES: usize = 500;
 
+/// The images, in the order of their keys.
+const SHOWS: [&str; 7] = ["final", "ao", "ao-raw", "color", "depth", "normals", "edges"];
+
 /// All complaints in the log.
 fn complaints(lines: &[Value]) -> Vec<String> {
     let of = |line: &Value| -> Vec<String> {
@@ -25,7 +28,11 @@ fn no_driver_complains_in_500_frames_of_all_that_the_window_does() {
         // Pointer, slider and divider; methods; images; A beside B and the difference; and sizes.
         window.drag("image", [0.4, 0.5], [0.6, 0.55]);
         window.drag("knob strength", [0.2, 0.5], [0.5, 0.5]);
-        window.xdotool("key --delay 40 1 2 3 4 5 6 7 1 c");
+        for (key, show) in (1..).zip(SHOWS) {
+            window.xdotool(&format!("key {key}"));
+            window.settled(|line| line["show"] == show);
+        }
+        window.xdotool("key 1 key c");
         window.drag("image", [0.5, 0.5], [0.3, 0.5]);
         window.xdotool("key --delay 40 b c c m t p p f keydown d sleep 0.3 keyup d");
         for preset in ["fast", "accurate", "default"] {
@@ -40,7 +47,7 @@ fn no_driver_complains_in_500_frames_of_all_that_the_window_does() {
         window.xdotool(&format!("search --onlyvisible --name hbao windowsize {} {}", size.0, size.1));
         window.xdotool("key Escape");
         let last = window.settled(|_| true);
-        if round > 0 && window.lines().len() >= FRAMES {
+        if round > 2 && window.lines().len() >= FRAMES {
             assert_ne!(last["settings"], first["settings"]);
             break;
         }
@@ -48,9 +55,6 @@ fn no_driver_complains_in_500_frames_of_all_that_the_window_does() {
     let lines = window.lines();
     assert_eq!(complaints(&lines), Vec::<String>::new());
     let seen = |is: &dyn Fn(&Value) -> bool| lines.iter().any(is);
-    for show in ["final", "ao", "ao-raw", "color", "depth", "normals", "edges"] {
-        assert!(seen(&|line| line["show"] == show && line["image"]["current"] == true), "{show}");
-    }
     assert!(seen(&|line| line["image"]["sides"] == 2));
     let method = |line: &Value| line["settings"][0].as_str().unwrap().lines().next().unwrap().to_string();
     let methods: BTreeSet<String> = lines.iter().map(method).collect();

@@ -1,0 +1,103 @@
+//! What the images cost: the graph of times, the memory, and error against time.
+
+use crate::Window;
+use serde_json::Value;
+use std::time::Duration;
+
+#[test]
+fn the_graph_grows_with_frames_that_are_timed_and_then_the_window_rests() {
+    let Some(mut window) = Window::open("--method ssao") else { return };
+    let first = window.settled(|_| true);
+    assert_eq!(first["timed_frames"], 0);
+    // Depth, normals, colour, the depth buffer, the final image and the stencil have 4 bytes a pixel, and the images of
+    // ambient occlusion 1.
+    let bytes = |line: &Value| line["image"]["texture_bytes"][0].as_u64().unwrap();
+    let pixels = 420 * 560;
+    assert!((20 * pixels..40 * pixels).contains(&bytes(&first)), "{first}");
+    window.xdotool("key t");
+    window.settled(|line| line["widgets"]["times by GPU"].is_array());
+    window.drag("image", [0.5, 0.3], [0.7, 0.35]);
+    let turned = window.settled(|line| line["timed_frames"].as_u64().unwrap() > 2);
+    assert!(turned["widgets"]["graph A"].is_array() && turned["widgets"]["graph B"].is_null());
+    window.xdotool("key c");
+    let both = window.settled(|line| line["widgets"]["graph B"].is_array());
+    assert_eq!(both["image"]["texture_bytes"].as_array().unwrap().len(), 2);
+    window.click("times by GPU");
+    // With nothing to do, a second passes without a frame.
+    let rests = |window: &Window| {
+        let before = window.lines().len();
+        std::thread::sleep(Duration::from_secs(1));
+        window.lines().len() == before
+    };
+    assert!((0..60).any(|_| rests(&window)));
+    window.xdotool("key t");
+    window.settled(|line| line["widgets"]["graph A"].is_null());
+    window.close();
+}
+
+#[test]
+fn memory_follows_the_settings_of_the_side() {
+    let Some(mut window) = Window::open("") else { return };
+    let first = window.settled(|_| true);
+    let bytes = |line: &Value| line["image"]["texture_bytes"][0].as_u64().unwrap();
+    window.xdotool("key b");
+    window.settled(|line| line["tab"] == 1);
+    // Ambient occlusion at half resolution has smaller images.
+    window.click("preset fast");
+    let half = window.settled(|line| line["settings"][1].as_str().unwrap().contains("half-res = true"));
+    assert!(bytes(&half) < bytes(&first), "{} {}", bytes(&half), bytes(&first));
+    window.close();
+}
+
+#[test]
+fn error_against_time_is_measured_while_the_window_goes_on_and_a_point_gives_its_settings() {
+    let Some(mut window) = Window::open("--radius 80") else { return };
+    let first = window.settled(|_| true);
+    window.xdotool("key g");
+    window.click("sweep start");
+    let points = |line: &Value| line["sweep"]["points"].as_array().map_or(0, Vec::len);
+    let some = window.wait(|line| points(line) >= 4);
+    assert_eq!(some["sweep"]["ended"], false);
+    // The window goes on meanwhile: another image is shown before the measurement has ended.
+    window.xdotool("key 2");
+    let shown = window.settled(|line| line["show"] == "ao");
+    assert_eq!(shown["sweep"]["ended"], false, "{}", shown["sweep"]["done"]);
+    // The first point is A, with one sample per pixel.
+    let settings = |line: &Value, at: usize| line["sweep"]["points"][at][0].as_str().unwrap().to_string();
+    assert_eq!(settings(&some, 0), first["settings"][0].as_str().unwrap());
+    let ended = window.wait(|line| line["sweep"]["ended"] == true);
+    assert!(ended["sweep"]["error"].is_null() && points(&ended) > 50, "{}", ended["sweep"]);
+    let row = |at: usize, field: usize| ended["sweep"]["points"][at][field].clone();
+    let number = |at: usize, field: usize| row(at, field).as_f64().unwrap();
+    let front: Vec<usize> = (0..points(&ended)).filter(|&at| row(at, 3) == true).collect();
+    assert!(front.len() > 2, "{front:?}");
+    for &at in &front {
+        let beats = |other: usize| number(other, 1) < number(at, 1) && number(other, 2) < number(at, 2);
+        assert!(!front.iter().any(|&other| beats(other)), "{at} is beaten");
+    }
+    // The point with the least error, whose mark no other covers.
+    let best = (0..points(&ended)).min_by(|&a, &b| number(a, 2).total_cmp(&number(b, 2))).unwrap();
+    window.click(&format!("sweep point {best}"));
+    let taken = window.settled(|line| line["settings"][0] != first["settings"][0]);
+    let taken = taken["settings"][0].as_str().unwrap();
+    assert!(
+        (0..points(&ended)).any(|at| settings(&ended, at) == taken && number(at, 2) < 1.1 * number(best, 2)),
+        "{taken}"
+    );
+    window.close();
+}
+
+#[test]
+fn a_measurement_that_is_cancelled_keeps_its_points() {
+    let Some(mut window) = Window::open("") else { return };
+    window.xdotool("key g");
+    window.click("sweep start");
+    window.wait(|line| line["sweep"]["points"].as_array().is_some_and(|points| !points.is_empty()));
+    window.click("sweep cancel");
+    let ended = window.wait(|line| line["sweep"]["ended"] == true);
+    let points = ended["sweep"]["points"].as_array().unwrap().len();
+    assert!((1..50).contains(&points) && ended["sweep"]["error"].is_null(), "{points}");
+    window.xdotool("key g");
+    window.wait(|line| line["widgets"]["sweep start"].is_null());
+    window.close();
+}
