@@ -126,6 +126,19 @@ impl Window {
         self.wait(|line| line["image"]["current"] == true && line["image"]["divisor"] == 1 && is(line))
     }
 
+    /// Waits until half a second passes without a frame, so that nothing moves.
+    fn rest(&mut self) {
+        let start = Instant::now();
+        loop {
+            let before = self.wait(|line| line["widgets"].is_object())["frame"].clone();
+            std::thread::sleep(Duration::from_millis(500));
+            if self.wait(|line| line["widgets"].is_object())["frame"] == before {
+                return;
+            }
+            assert!(start.elapsed() < PATIENCE, "the window does not rest");
+        }
+    }
+
     /// What the program has written to stderr. It must have ended.
     fn said(&mut self) -> String {
         let mut text = String::new();

@@ -6,7 +6,8 @@ use hbao::Error;
 
 const EXPLANATION: &str = "\
 The window has a panel with every setting, and shows the images of --show, one of two sets of settings or both. ? lists
-its keys. Whatever it shows can be saved, and the command that renders the same image can be copied.
+its keys. Whatever it shows can be saved, and the command that renders the same image can be copied. A model is read again
+when its file or its materials change.
 
 Examples:
   hbao view

@@ -1,48 +1,30 @@
-//! What the images cost: a graph of the passes' times over the last frames, the memory on the GPU, and samples.
+//! What the last images cost.
 
-use super::state::Viewer;
 use super::worker::Drawn;
-use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 use hbao::PassTime;
 use std::collections::VecDeque;
 
-/// The number of frames in the graph.
-const FRAMES: usize = 100;
-/// The size of a graph, in points.
-const WIDTH: f32 = 320.0;
-const HEIGHT: f32 = 96.0;
-
-/// The colours of passes, in the order in which the passes run. They are told apart in grey by their order.
-const COLOURS: [Color32; 9] = [
-    Color32::from_rgb(86, 180, 233),
-    Color32::from_rgb(0, 114, 178),
-    Color32::from_rgb(230, 159, 0),
-    Color32::from_rgb(213, 94, 0),
-    Color32::from_rgb(0, 158, 115),
-    Color32::from_rgb(240, 228, 66),
-    Color32::from_rgb(204, 121, 167),
-    Color32::from_rgb(150, 150, 150),
-    Color32::from_rgb(150, 110, 70),
-];
+/// The number of frames that are kept.
+pub(super) const FRAMES: usize = 100;
 
 /// The last frames, and how they are shown.
 #[derive(Default)]
 pub(super) struct Costs {
-    frames: VecDeque<Frame>,
+    pub(super) frames: VecDeque<Frame>,
     /// The passes so far, each with a colour of its own.
-    passes: Vec<&'static str>,
+    pub(super) passes: Vec<&'static str>,
     /// Whether times are those of the driver's timer, where it has one.
-    by_gpu: bool,
+    pub(super) by_gpu: bool,
 }
 
 /// What one image took.
-struct Frame {
+pub(super) struct Frame {
     /// The passes of each side, by the number of the side.
-    sides: Vec<(usize, Vec<PassTime>)>,
+    pub(super) sides: Vec<(usize, Vec<PassTime>)>,
     /// All of it, reading back included, in milliseconds.
-    ms: f64,
+    pub(super) ms: f64,
     /// By how much its width and height were divided.
-    divisor: u32,
+    pub(super) divisor: u32,
 }
 
 impl Costs {
@@ -70,63 +52,9 @@ impl Costs {
         self.frames.len()
     }
 
-    /// Returns the colour of a pass.
-    pub(super) fn colour(&self, pass: &str) -> Color32 {
-        let at = self.passes.iter().position(|known| *known == pass).unwrap_or(0);
-        COLOURS[at % COLOURS.len()]
-    }
-
     /// Returns the time of a pass that is shown.
-    fn ms(&self, time: &PassTime) -> f64 {
+    pub(super) fn ms(&self, time: &PassTime) -> f64 {
         time.gpu_ms.filter(|_| self.by_gpu).unwrap_or(time.wall_ms)
-    }
-}
-
-/// Shows the window with the graph, while passes are timed.
-pub(super) fn show(viewer: &mut Viewer, context: &egui::Context) {
-    if !viewer.timed || viewer.drawn.is_none() {
-        return;
-    }
-    let mut shown = true;
-    let window = egui::Window::new("Costs").resizable(false).default_width(WIDTH);
-    let corner = context.content_rect().left_bottom() + vec2(12.0, -36.0);
-    window.pivot(Align2::LEFT_BOTTOM).default_pos(corner).open(&mut shown).show(context, |ui| {
-        ui.set_width(WIDTH);
-        held(viewer, ui);
-        for side in [0, 1] {
-            if viewer.costs.frames.iter().any(|frame| frame.sides.iter().any(|(of, _)| *of == side)) {
-                graph(viewer, ui, side);
-            }
-        }
-        ui.horizontal(|ui| {
-            ui.label("Times by");
-            for (by_gpu, name, help) in [
-                (false, "clock", "The system's clock, from one glFinish to the next"),
-                (true, "GPU", "The driver's timer, where it has one; otherwise the clock"),
-            ] {
-                let button = ui.selectable_value(&mut viewer.costs.by_gpu, by_gpu, name).on_hover_text(help);
-                viewer.note(format!("times by {name}"), button.rect);
-            }
-        });
-    });
-    viewer.timed = shown;
-}
-
-/// Shows the memory and the samples of each side.
-fn held(viewer: &Viewer, ui: &mut Ui) {
-    let Some(drawn) = &viewer.drawn else { return };
-    let names: &[&str] = match (drawn.sides.len(), viewer.tab) {
-        (1, 0) => &["A"],
-        (1, _) => &["B"],
-        _ => &["A", "B"],
-    };
-    let help = "What the textures, renderbuffers and triangles of this image take on the GPU, as their formats and sizes \
-                say. A driver may take more";
-    for ((name, side), settings) in names.iter().zip(&drawn.sides).zip(&drawn.job.sides) {
-        let samples = settings.method.samples(settings);
-        let (textures, triangles) = (bytes(side.texture_bytes), bytes(side.triangle_bytes));
-        let text = format!("{name}: textures {textures}, triangles {triangles}, {samples} samples a pixel");
-        ui.label(text).on_hover_text(help);
     }
 }
 
@@ -137,64 +65,6 @@ pub(super) fn bytes(count: u64) -> String {
         count if count < 1e6 => format!("{:.1} kB", count / 1e3),
         count => format!("{:.1} MB", count / 1e6),
     }
-}
-
-/// Draws the passes of one side over the last frames, on top of each other, with a line for the whole frame.
-fn graph(viewer: &mut Viewer, ui: &mut Ui, side: usize) {
-    let (area, response) = ui.allocate_exact_size(vec2(WIDTH, HEIGHT), Sense::hover());
-    viewer.note(["graph A", "graph B"][side], area);
-    let costs = &viewer.costs;
-    let passes = |frame: &Frame| -> Vec<(&'static str, f64)> {
-        let of = frame.sides.iter().find(|(of, _)| *of == side);
-        of.into_iter().flat_map(|(_, times)| times).map(|time| (time.name, costs.ms(time))).collect()
-    };
-    let most = costs.frames.iter().map(|frame| frame.ms).fold(0.1, f64::max);
-    let painter = ui.painter().with_clip_rect(area);
-    painter.rect_filled(area, 2.0, Color32::from_gray(18));
-    let width = area.width() / FRAMES as f32;
-    let height = |ms: f64| (ms / most) as f32 * (area.height() - 16.0);
-    let left = |at: usize| area.right() - (costs.frames.len() - at) as f32 * width;
-    for (at, frame) in costs.frames.iter().enumerate() {
-        let mut from = area.bottom();
-        // A frame of fewer pixels is paler.
-        let pale = if frame.divisor > 1 { 0.45 } else { 1.0 };
-        for (pass, ms) in passes(frame) {
-            let bar = Rect::from_min_max(pos2(left(at), from - height(ms)), pos2(left(at) + width, from));
-            painter.rect_filled(bar, 0.0, costs.colour(pass).gamma_multiply(pale));
-            from = bar.top();
-        }
-    }
-    let tops: Vec<Pos2> = (0..)
-        .zip(&costs.frames)
-        .map(|(at, frame)| pos2(left(at) + width / 2.0, area.bottom() - height(frame.ms)))
-        .collect();
-    painter.line(tops, Stroke::new(1.0, Color32::WHITE));
-    painter.rect_stroke(area, 2.0, Stroke::new(1.0, Color32::from_gray(70)), StrokeKind::Inside);
-    let text = |at: Pos2, align, text: String| {
-        painter.text(at, align, text, FontId::proportional(11.0), Color32::from_gray(210));
-    };
-    text(area.left_top() + vec2(5.0, 2.0), Align2::LEFT_TOP, format!("{}: {most:.1} ms", ["A", "B"][side]));
-    let what = "white: the whole frame";
-    text(area.right_top() + vec2(-5.0, 2.0), Align2::RIGHT_TOP, what.into());
-
-    let hovered = response.hover_pos().map(|at| ((at.x - left(0)) / width).floor());
-    let Some(frame) = hovered.filter(|at| *at >= 0.0).and_then(|at| costs.frames.get(at as usize)) else { return };
-    response.clone().on_hover_ui_at_pointer(|ui| {
-        let divided = if frame.divisor > 1 { format!(", 1/{} of the size", frame.divisor) } else { String::new() };
-        ui.strong(format!("frame {:.2} ms{divided}", frame.ms));
-        for (pass, ms) in passes(frame) {
-            ui.horizontal(|ui| {
-                swatch(ui, costs.colour(pass));
-                ui.label(format!("{pass} {ms:.2} ms"));
-            });
-        }
-    });
-}
-
-/// A small square of a pass's colour.
-pub(super) fn swatch(ui: &mut Ui, colour: Color32) {
-    let (area, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), Sense::hover());
-    ui.painter().rect_filled(area, 1.0, colour);
 }
 
 #[cfg(test)]

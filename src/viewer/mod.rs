@@ -7,6 +7,7 @@
 mod complaints;
 mod costs;
 mod eye;
+mod graph;
 mod keys;
 mod knobs;
 mod log;
@@ -218,7 +219,7 @@ impl eframe::App for Viewer {
         egui::Panel::bottom("status").resizable(false).show(ui, |ui| panel::status(self, ui));
         egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
         let dragged = stage::show(self, ui);
-        costs::show(self, &context);
+        graph::show(self, &context);
         scatter::show(self, &context);
         panel::message(self, &context);
         keys::list(self, &context);

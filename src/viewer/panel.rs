@@ -1,6 +1,7 @@
 //! The panel beside the image, and the line below it.
 
-use super::costs;
+use super::costs::bytes;
+use super::graph;
 use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
 use crate::picture;
@@ -115,7 +116,7 @@ fn times(viewer: &Viewer, ui: &mut Ui) {
         return;
     }
     ui.separator();
-    egui::Grid::new("times").striped(true).num_columns(1 + 2 * drawn.sides.len()).spacing([14.0, 2.0]).show(ui, |ui| {
+    egui::Grid::new("times").striped(true).num_columns(1 + 2 * drawn.sides.len()).spacing([8.0, 2.0]).show(ui, |ui| {
         ui.strong("pass");
         for side in names(viewer) {
             ui.strong(format!("{side} GPU ms"));
@@ -130,7 +131,7 @@ fn times(viewer: &Viewer, ui: &mut Ui) {
         }
         for pass in passes {
             ui.horizontal(|ui| {
-                costs::swatch(ui, viewer.costs.colour(pass));
+                graph::swatch(ui, graph::colour(&viewer.costs, pass));
                 ui.label(pass);
             });
             for side in &drawn.sides {
@@ -239,7 +240,7 @@ pub(super) fn status(viewer: &Viewer, ui: &mut Ui) {
                 1 => format!("{width}x{height}"),
                 divisor => format!("{width}x{height}, 1/{divisor} of it while moving"),
             };
-            let held = drawn.sides.iter().map(|side| costs::bytes(side.texture_bytes + side.triangle_bytes));
+            let held = drawn.sides.iter().map(|side| bytes(side.texture_bytes + side.triangle_bytes));
             format!(
                 "{size}, {:.0} ms, {} samples a pixel, msaa {}, {} on the GPU",
                 1e3 * drawn.seconds,

@@ -1,5 +1,6 @@
 //! The window that shows error against time: the points of a [`Sweep`], and what they are.
 
+use super::panel;
 use super::state::Viewer;
 use super::sweep::{Asked, RAYS, RUNS, Sweep};
 use crate::report::ticks;
@@ -14,9 +15,11 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// The size of the plot, in points.
-const SIZE: [f32; 2] = [520.0, 320.0];
+const SIZE: [f32; 2] = [512.0, 320.0];
 /// The room for the labels at the left and below, in points.
-const MARGIN: [f32; 2] = [44.0, 34.0];
+const MARGIN: [f32; 2] = [38.0, 34.0];
+/// The room for the legend at the right, in points.
+const LEGEND: f32 = 108.0;
 /// How near to a point the pointer must be, in points.
 const NEAR: f32 = 10.0;
 
@@ -26,7 +29,9 @@ pub(super) fn show(viewer: &mut Viewer, context: &egui::Context) {
         return;
     }
     let mut shown = true;
-    let window = egui::Window::new("Error against time").resizable(false).default_pos([12.0, 12.0]);
+    // Beside the panel, so that the window with the costs has room at the left.
+    let corner = context.content_rect().right_top() + vec2(-panel::WIDTH - 12.0, 12.0);
+    let window = egui::Window::new("Error against time").resizable(false).pivot(Align2::RIGHT_TOP).default_pos(corner);
     window.open(&mut shown).show(context, |ui| {
         ui.set_width(SIZE[0]);
         controls(viewer, ui);
@@ -154,7 +159,7 @@ impl Axes {
         painter.rect_stroke(self.area, 0.0, Stroke::new(1.0, Color32::from_gray(90)), StrokeKind::Middle);
         let below = pos2(self.area.right(), self.area.bottom() + 17.0);
         painter.text(below, Align2::RIGHT_TOP, "milliseconds (logarithmic)", font.clone(), grey);
-        painter.text(self.area.left_top() + vec2(6.0, 5.0), Align2::LEFT_TOP, "RMSE", font, grey);
+        painter.text(self.area.left_bottom() + vec2(6.0, -5.0), Align2::LEFT_BOTTOM, "RMSE", font, grey);
     }
 }
 
@@ -172,7 +177,7 @@ fn mark(painter: &egui::Painter, method: Method, at: Pos2, colour: Color32) {
 /// Draws the points; tells what the one under the pointer is, and takes its settings at a click.
 fn plot(viewer: &mut Viewer, ui: &mut Ui) {
     let (all, response) = ui.allocate_exact_size(vec2(SIZE[0], SIZE[1]), Sense::click());
-    let area = Rect::from_min_max(all.min + vec2(MARGIN[0], 4.0), all.max - vec2(10.0, MARGIN[1]));
+    let area = Rect::from_min_max(all.min + vec2(MARGIN[0], 4.0), all.max - vec2(LEGEND, MARGIN[1]));
     let painter = ui.painter().with_clip_rect(all);
     painter.rect_filled(area, 0.0, Color32::from_gray(16));
     let Some((rows, asked)) = viewer.sweep.as_ref().map(|sweep| (sweep.state().rows.clone(), sweep.asked.clone()))
@@ -225,7 +230,8 @@ fn plot(viewer: &mut Viewer, ui: &mut Ui) {
     }
     let side = ["A", "B"][viewer.tab];
     response.on_hover_ui_at_pointer(|ui| {
-        ui.strong(format!("{} {}", row.settings.method.name(), words(&row.settings).trim()));
+        let words = words(&row.settings).split_whitespace().collect::<Vec<_>>().join(" ");
+        ui.strong(format!("{} {}", row.settings.method.name(), words));
         ui.label(format!("{:.2} ms, {:.2} ms without the blur", row.ms, row.ao_ms));
         ui.label(format!("RMSE {:.4}, bias {:+.4}", row.errors.rmse, row.errors.bias));
         if row.reach.exits > 0.0 {
@@ -235,16 +241,14 @@ fn plot(viewer: &mut Viewer, ui: &mut Ui) {
     });
 }
 
-/// Names the marks of the methods, at the top right, where points are rare.
+/// Names the marks of the methods, at the right of the plot.
 fn legend(painter: &egui::Painter, rows: &[TradeRow], area: Rect) {
     let methods: Vec<Method> =
         Method::ALL.iter().copied().filter(|method| rows.iter().any(|row| row.settings.method == *method)).collect();
     let text = |at: Pos2, name: &str| {
         painter.text(at, Align2::LEFT_CENTER, name, FontId::proportional(11.0), Color32::from_gray(210));
     };
-    let corner = area.right_top() + vec2(-92.0, 12.0);
-    let ground = Rect::from_min_size(corner - vec2(12.0, 9.0), vec2(100.0, 15.0 * (methods.len() + 1) as f32 + 4.0));
-    painter.rect_filled(ground, 3.0, Color32::from_black_alpha(170));
+    let corner = area.right_top() + vec2(16.0, 12.0);
     for (row, method) in methods.iter().enumerate() {
         let at = corner + vec2(0.0, 15.0 * row as f32);
         mark(painter, *method, at, Color32::from_gray(190));
