@@ -175,7 +175,10 @@ impl Window {
         for step in 1..=5 {
             let share = f64::from(step) / 5.0;
             let at = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
-            moves += &format!(" mousemove {} sleep 0.02", self.point(widget, at));
+            // The pointer leaves at once, in the frame in which the button is pressed. It is then held until a busy
+            // machine has drawn a frame.
+            let pause = if step == 1 || step == 5 { 0.2 } else { 0.02 };
+            moves += &format!(" mousemove {} sleep {pause}", self.point(widget, at));
         }
         self.xdotool(&format!("{moves} mouseup {button}"));
     }

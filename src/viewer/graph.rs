@@ -1,4 +1,4 @@
-//! The window that shows what the images cost: a graph of the passes' times over the last frames, the memory on the GPU,
+//! The window that shows what the images cost: a graph of the times of passes over the last frames, memory on the GPU,
 //! and samples.
 
 use super::costs::{Costs, FRAMES, Frame, bytes};
