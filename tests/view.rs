@@ -225,8 +225,13 @@ fn hash(png: &Path) -> String {
 
 /// Runs the command of a frame in a folder of its own, and returns the file that it writes.
 fn by_the_command(frame: &Value, name: &str) -> Vec<u8> {
+    written_by(frame["command"].as_str().unwrap(), name)
+}
+
+/// Runs a command that the window shows in a folder of its own, and returns a file that it writes.
+fn written_by(command: &str, name: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
-    let line = frame["command"].as_str().unwrap().replacen("hbao", HBAO, 1);
+    let line = command.replacen("hbao", HBAO, 1);
     let mut shell = by("sh", folder.path());
     let output = with_shader_cache(shell.args(["-c", &line])).output().unwrap();
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));

@@ -1,6 +1,6 @@
 //! What the images cost: the graph of times, the memory, and error against time.
 
-use crate::Window;
+use crate::{Window, written_by};
 use serde_json::Value;
 
 #[test]
@@ -75,6 +75,14 @@ fn error_against_time_is_measured_while_the_window_goes_on_and_a_point_gives_its
     for &at in &front {
         let beats = |other: usize| number(other, 1) < number(at, 1) && number(other, 2) < number(at, 2);
         assert!(!front.iter().any(|&other| beats(other)), "{at} is beaten");
+    }
+    // The command that is shown measures the same errors.
+    let command = ended["sweep"]["command"].as_str().unwrap().replacen(" trade ", " trade --json trade.json ", 1);
+    let report: Value = serde_json::from_slice(&written_by(&command, "trade.json")).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    assert!(rows.len() > 50, "{command}");
+    for rmse in rows.iter().map(|row| row["rmse"].as_f64().unwrap()) {
+        assert!((0..points(&ended)).any(|at| (number(at, 2) - rmse).abs() < 1e-9), "{rmse}: {command}");
     }
     // The point with the least error, whose mark no other covers.
     let best = (0..points(&ended)).min_by(|&a, &b| number(a, 2).total_cmp(&number(b, 2))).unwrap();
