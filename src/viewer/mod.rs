@@ -6,6 +6,8 @@
 
 mod complaints;
 mod costs;
+#[cfg(test)]
+mod dropped;
 mod eye;
 mod graph;
 mod keys;
