@@ -43,6 +43,8 @@ pub(crate) struct Triangles {
     buffers: Vec<glow::Buffer>,
     slices: Vec<Slice>,
     camera: Camera,
+    /// The bytes of all buffers.
+    pub(crate) bytes: u64,
 }
 
 /// A slice of depth, and the triangles that reach into it.
@@ -81,7 +83,7 @@ impl GBuffer {
         // SAFETY: the context is current.
         let vertices = unsafe { gl.create_vertex_array() }.map_err(|_| not_made(gl, TRIANGLES))?;
         let mut triangles =
-            Triangles { gl: gl.clone(), vertices, buffers: Vec::new(), slices: Vec::new(), camera: *camera };
+            Triangles { gl: gl.clone(), vertices, buffers: Vec::new(), slices: Vec::new(), camera: *camera, bytes: 0 };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };
         let origin = origin(camera);
@@ -168,6 +170,7 @@ impl Triangles {
         unsafe {
             let buffer = self.gl.create_buffer().map_err(|_| not_made(&self.gl, TRIANGLES))?;
             self.buffers.push(buffer);
+            self.bytes += data.len() as u64;
             self.gl.bind_buffer(target, Some(buffer));
             self.gl.buffer_data_u8_slice(target, data, glow::STATIC_DRAW);
             Ok(buffer)

@@ -69,6 +69,7 @@ pub struct Pipeline {
     projection: Option<Projection>,
     timers: Timers,
     notices: Vec<String>,
+    triangle_bytes: u64,
 }
 
 /// The final image, and the pass that makes it.
@@ -147,6 +148,7 @@ impl Pipeline {
             projection: None,
             timers: Timers::new(gl, request.timings)?,
             notices,
+            triangle_bytes: 0,
         })
     }
 
@@ -224,6 +226,7 @@ impl Pipeline {
         };
         let pass = self.gbuffer.insert(pass);
         let triangles = pass.upload(mesh, camera)?;
+        self.triangle_bytes = triangles.bytes;
         self.timers.pass("gbuffer", || {
             targets.drawn().bind();
             // SAFETY: the context is current, and the target bound.
@@ -293,6 +296,21 @@ impl Pipeline {
             projection: camera.projection,
             near: camera.near,
         }
+    }
+
+    /// Returns the bytes of all textures and renderbuffers that the pipeline holds, as their formats and sizes say. A
+    /// driver may take more. Some are made at the first [`Pipeline::render`].
+    #[must_use]
+    pub fn texture_bytes(&self) -> u64 {
+        let image = self.composite.as_ref().map_or(0, |composite| composite.image.bytes());
+        self.targets.bytes() + self.ao.as_ref().map_or(0, AmbientOcclusion::texture_bytes) + image
+    }
+
+    /// Returns the bytes of the triangles that the last [`Pipeline::render`] uploaded: positions, normals if the
+    /// settings take those of the vertices, and indices. They are deleted again after the frame.
+    #[must_use]
+    pub fn triangle_bytes(&self) -> u64 {
+        self.triangle_bytes
     }
 
     /// Returns the number of depth samples per pixel that the driver gave for [`Settings::msaa`].

@@ -43,6 +43,7 @@ static ROWS: &[Row] = &[
     row(Key::OpenBracket, "[", "Show the previous direction of that pixel", |viewer, _| anatomy::turn(viewer, -1)),
     row(Key::CloseBracket, "]", "Show the next direction of that pixel", |viewer, _| anatomy::turn(viewer, 1)),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),
+    row(Key::V, "V", "Show or hide error against time", |viewer, _| viewer.sweep_shown = !viewer.sweep_shown),
     row(Key::Y, "Y", "Copy the command that renders this image", |viewer, context| {
         context.copy_text(viewer.command());
         viewer.said = "The command was copied.".into();

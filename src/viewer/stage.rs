@@ -28,7 +28,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) -> bool {
         ui.memory_mut(|memory| memory.stop_text_input());
     }
     let split = viewer.compare == Compare::Split || truth::splits(viewer);
-    let handled = split && divider(viewer, ui, area);
+    let handled = split && divider(viewer, ui, &response, area);
     let moving = !handled && moved(viewer, ui, &response, area);
     paint(viewer, ui, area);
     let painter = ui.painter().with_clip_rect(area);
@@ -80,17 +80,27 @@ fn moved(viewer: &mut Viewer, ui: &Ui, response: &egui::Response, area: Rect) ->
 }
 
 /// The divider's handle. Returns whether it is being dragged.
-fn divider(viewer: &mut Viewer, ui: &Ui, area: Rect) -> bool {
+///
+/// A quick pointer leaves the handle within the frame in which the button is pressed, and the drag is then the image's
+/// for egui. Where the button was pressed decides.
+fn divider(viewer: &mut Viewer, ui: &Ui, image: &egui::Response, area: Rect) -> bool {
     let x = area.left() + viewer.divider * area.width();
     let handle = Rect::from_x_y_ranges(x - HANDLE..=x + HANDLE, area.y_range());
     let response = ui
         .interact(handle, ui.scope_id().with("divider"), Sense::drag())
         .on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
     viewer.note("divider", handle);
-    if let (true, Some(pointer)) = (response.dragged(), response.interact_pointer_pos()) {
+    if image.drag_started_by(egui::PointerButton::Primary) {
+        viewer.divider_left = ui.input(|input| input.pointer.press_origin()).is_some_and(|at| handle.contains(at));
+    }
+    let of_image = viewer.divider_left && image.dragged_by(egui::PointerButton::Primary);
+    viewer.divider_left = of_image;
+    let pointer = ui.input(|input| input.pointer.interact_pos());
+    let dragged = response.dragged() || of_image;
+    if let (true, Some(pointer)) = (dragged, pointer) {
         viewer.divider = ((pointer.x - area.left()) / area.width()).clamp(0.02, 0.98);
     }
-    response.dragged()
+    dragged
 }
 
 /// Paints the image, and in a split view the divider.

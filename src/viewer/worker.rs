@@ -1,6 +1,7 @@
 //! Renders on a thread of its own, so that the window never waits for an image. The thread has an OpenGL context of its
 //! own too, the one that `hbao render` would have.
 
+use super::complaints::{Complaints, Heard};
 use crate::picture::{self, ImageKind, NEVER_EXITS, Pixels};
 use crate::report::tables::cells::percent;
 use eframe::egui;
@@ -61,6 +62,8 @@ pub(super) enum Order {
     Draw(Job, f64),
     /// Open a model by its name or path.
     Open(OsString),
+    /// Open the present model again, because its files have changed.
+    OpenAgain(OsString),
     /// Run `hbao render` with these arguments, which write this file.
     Save(Vec<OsString>, PathBuf),
 }
@@ -78,6 +81,9 @@ pub(super) struct Side {
     pub(super) times: Vec<PassTime>,
     /// Depth samples per pixel, as the driver gives them.
     pub(super) samples: u32,
+    /// What the pipeline holds on the GPU, and what the triangles of a frame take there.
+    pub(super) texture_bytes: u64,
+    pub(super) triangle_bytes: u64,
 }
 
 /// What ambient occlusion was computed from.
@@ -107,6 +113,7 @@ pub(super) struct Drawn {
 pub(super) enum Answer {
     Drawn(Result<Box<Drawn>, Error>),
     Opened(OsString, Result<Box<Scene>, Error>),
+    OpenedAgain(OsString, Result<Box<Scene>, Error>),
     Saved(PathBuf, Result<(), Error>),
 }
 
@@ -122,7 +129,8 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Starts the thread, and waits until it has its context.
-    pub(super) fn start(open: OpenContext, render: Render) -> Result<Worker, Error> {
+    /// If there are complaints to note, the context is heard.
+    pub(super) fn start(open: OpenContext, render: Render, complaints: Option<Complaints>) -> Result<Worker, Error> {
         let (orders, ordered) = channel();
         let (answer, answers) = channel();
         let (ready, opened) = channel();
@@ -134,7 +142,13 @@ impl Worker {
                 Err(error) => return drop(ready.send(Err(error))),
             };
             let _ = ready.send(Ok(()));
+            // SAFETY: the context is current on this thread, and the addresses are its own.
+            let listen = |complaints: &Complaints| unsafe {
+                Heard::new(context.gl(), |name| context.get_proc_address(name), "render", complaints)
+            };
+            let mut heard = complaints.as_ref().map(listen);
             serve(&context, render, &ordered, |answered| {
+                heard.iter_mut().for_each(Heard::ask);
                 let sent = answer.send(answered).is_ok();
                 if let Some(window) = wakes.get() {
                     window.request_repaint();
@@ -175,7 +189,7 @@ impl Drop for Worker {
 
 /// Does what is ordered, until there is nobody to answer. Of several images that were ordered, only the last is
 /// rendered.
-fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, answer: impl Fn(Answer) -> bool) {
+fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, mut answer: impl FnMut(Answer) -> bool) {
     let mut pipelines = Pipelines(Vec::new());
     while let Ok(first) = ordered.recv() {
         let mut waiting: Vec<Order> = [first].into_iter().chain(ordered.try_iter()).collect();
@@ -193,6 +207,10 @@ fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, answer: i
                 Order::Open(name) => {
                     let scene = Scene::open(&name).map(Box::new);
                     Answer::Opened(name, scene)
+                }
+                Order::OpenAgain(name) => {
+                    let scene = Scene::open(&name).map(Box::new);
+                    Answer::OpenedAgain(name, scene)
                 }
                 Order::Save(arguments, path) => Answer::Saved(path, render(context, &arguments)),
             };
@@ -244,7 +262,9 @@ impl Pipelines {
                 Ok::<_, Error>(Inspected { depth, normals, raw, camera, settings: settings.clone() })
             });
             let inspected = inspected.transpose()?;
-            sides.push(Side { shown, exits, ao, inspected, pixels, times, samples: pipeline.samples() });
+            let (texture_bytes, triangle_bytes) = (pipeline.texture_bytes(), pipeline.triangle_bytes());
+            let samples = pipeline.samples();
+            sides.push(Side { shown, exits, ao, inspected, pixels, times, samples, texture_bytes, triangle_bytes });
         }
         Ok(Drawn { job, input, sides, seconds: start.elapsed().as_secs_f64(), compiled, notices })
     }

@@ -5,6 +5,7 @@
 mod rig;
 
 mod analytic;
+mod bytes;
 mod changes;
 mod claims;
 mod comparator;
