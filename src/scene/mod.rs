@@ -8,6 +8,7 @@
 mod camera;
 mod cornell_box;
 mod foreign;
+mod guard;
 mod masonry;
 mod mesh;
 mod mtl;

@@ -1,10 +1,14 @@
 //! Reads the diffuse colours of materials from MTL files, and decides where a model's MTL files may lie. Whatever is
 //! wrong with an MTL file, its materials are white, and a notice says so.
+//!
+//! tobj reads the materials, from text that is written here: only the materials that a model uses, each once, and of
+//! these only valid statements. tobj 4.0.5 itself panics on `Kd 1 1`, stops at any statement that it cannot read, and
+//! keeps some 600 bytes for each `newmtl`.
 
 use super::foreign;
 use super::notices::{Kind, Notices};
 use super::statement::{Statement, Statements, number, quoted};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ffi::{OsStr, OsString};
 use std::io::{BufRead, ErrorKind};
 use std::path::{Component, Path, PathBuf};
@@ -15,6 +19,11 @@ pub(super) const WHITE: [f32; 3] = [1.0; 3];
 /// The most material files of a model that are read. The number is limited because each of them is searched for and
 /// opened.
 pub(super) const MOST_LIBRARIES: usize = 200;
+
+/// Says that a model names more material files than are read.
+pub(super) fn too_many_libraries() -> String {
+    format!("this is material file {}, and only {MOST_LIBRARIES} are read: join them", MOST_LIBRARIES + 1)
+}
 
 /// Materials by their names. Each has a number, counted from 1 in the order of appearance, and the line on which it
 /// appears first. The number 0 means no material.
@@ -48,30 +57,37 @@ pub(super) fn colours(
     }
     // `None` before the first `newmtl`, `Some(None)` in a material that is not wanted, and otherwise its number.
     let mut current: Option<Option<u32>> = None;
+    // The last valid statement of each kind, by the materials' numbers.
+    let mut definitions: BTreeMap<u32, Definition> = BTreeMap::new();
     let mut statements = Statements::new(file, path);
     loop {
         let statement = match statements.next() {
             Ok(Some(statement)) => statement,
-            Ok(None) => return colours,
+            Ok(None) => break,
             Err(error) => {
                 // Nothing of a file that cannot be read to its end is used.
                 notices.add(Kind::Library, || error.to_string());
-                return HashMap::new();
+                return colours;
+            }
+        };
+        let mut set = |keyword: &'static str, value: String| {
+            if let Some(definition) = current.flatten().and_then(|material| definitions.get_mut(&material)) {
+                definition.insert(keyword, value);
             }
         };
         match statement.keyword() {
             "newmtl" => {
                 let material = wanted.get(statement.name()).map(|&(number, _)| number);
                 current = Some(material);
-                colours.extend(material.map(|material| (material, WHITE)));
+                definitions.extend(material.map(|material| (material, Definition::new())));
             }
             "Kd" => match (colour(&statement), current) {
                 (Ok(colour), Some(material)) => {
                     if material.is_some() && colour.iter().any(|x| *x > 1.0) {
                         notices.add(Kind::Bright, || statement.notice("Kd is above 1"));
                     }
-                    let colour = colour.map(|x| x.clamp(0.0, 1.0) as f32);
-                    colours.extend(material.map(|material| (material, colour)));
+                    let [r, g, b] = colour.map(|x| x.clamp(0.0, 1.0));
+                    set("Kd", format!("{r} {g} {b}"));
                 }
                 (Ok(_), None) => notices.add(Kind::Colour, || statement.notice("Kd belongs after a newmtl")),
                 (Err(what), _) => notices.add(Kind::Colour, || statement.notice(what)),
@@ -82,7 +98,24 @@ pub(super) fn colours(
             _ => {}
         }
     }
+    let mut text = String::new();
+    for (material, definition) in definitions {
+        text += &format!("newmtl {material}\n");
+        definition.into_iter().for_each(|(keyword, value)| text += &format!("{keyword} {value}\n"));
+    }
+    match tobj::load_mtl_buf(&mut text.as_bytes()) {
+        Ok((materials, _)) => colours.extend(materials.into_iter().filter_map(|material| {
+            let colour = material.diffuse.map_or(WHITE, |colour| colour.map(|x| x as f32));
+            material.name.parse().ok().map(|number| (number, colour))
+        })),
+        // tobj accepts whatever is written above, so that this is no error which a file can cause.
+        Err(e) => notices.add(Kind::Library, || format!("{}: cannot be read: {e}", path.display())),
+    }
+    colours
 }
+
+/// The statements of a material that tobj reads: their keywords, and what follows them.
+type Definition = BTreeMap<&'static str, String>;
 
 /// Parses the numbers of `Kd r g b`, or of `Kd r`, which is a grey.
 fn colour(statement: &Statement) -> Result<[f64; 3], String> {
