@@ -7,6 +7,7 @@
 
 mod camera;
 mod cornell_box;
+mod find;
 mod foreign;
 mod guard;
 mod masonry;
@@ -16,12 +17,15 @@ mod nave;
 mod notices;
 mod obj;
 mod polygon;
+mod skin;
 mod statement;
+mod texture;
 mod view;
 
 pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
+pub(crate) use texture::Map;
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;
