@@ -177,7 +177,7 @@ fn write_textured_sponza(folder: &Path, path: &Path) -> String {
         let texel = |x: u32, y: u32| image::Rgb([(40 * picture + 12 * x) as u8, (11 * y) as u8 + 60, 150]);
         image::RgbImage::from_fn(16, 16, texel).save(folder.join(format!("{picture}.png"))).unwrap();
     }
-    let holes = |x: u32, y: u32| image::Luma([if (x / 3 + y / 5) % 2 == 0 { 255u8 } else { 0 }]);
+    let holes = |x: u32, y: u32| image::Luma([if (x / 3 + y / 5).is_multiple_of(2) { 255u8 } else { 0 }]);
     image::GrayImage::from_fn(24, 20, holes).save(folder.join("holes.png")).unwrap();
     mtl
 }
