@@ -2,9 +2,9 @@
 // The float64 twin is src/reference/gbuffer.rs, which finds the same surface by ray casting.
 //
 // Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; COLOUR
-// if an image needs the colour; with it, TEXTURED if materials have textures and VERTEX_COLOURS if vertices have colours;
-// CUT if textures cut surfaces away; and either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the
-// interpolated vertex normal).
+// if an image needs the colour; with it, TEXTURED if materials have textures, and VERTEX_COLOURS if vertices
+// have colours; CUT if textures cut surfaces away; and either NORMALS_DERIVATIVE (the triangle's normal) or
+// NORMALS_VERTEX (the interpolated vertex normal).
 in vec3 position; // in eye space, relative to the near plane: (x, y, z - near); if orthographic, to the near plane's middle
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;

@@ -192,7 +192,8 @@ impl Triangles {
         }
     }
 
-    /// Uploads a vertex attribute of `count` floats. It is enabled if the shader reads it and so has a `location` for it.
+    /// Uploads a vertex attribute of `count` floats. It is enabled if the shader reads it, so that it has a
+    /// `location`.
     fn attribute(&mut self, location: Option<u32>, count: i32, data: &[u8]) -> Result<(), Error> {
         self.buffer(glow::ARRAY_BUFFER, data)?;
         if let Some(location) = location {

@@ -25,8 +25,8 @@ pub struct Mesh {
     normals: Vec<DVec3>,
     /// The texture coordinates, one for each position, with v up. Empty if no texture is used.
     coordinates: Vec<DVec2>,
-    /// The colours of the vertices, one for each position, by which those of the groups are multiplied. Empty if all are
-    /// white.
+    /// The colours of the vertices, one for each position, by which those of the groups are multiplied. Empty if all
+    /// are white.
     colours: Vec<[f32; 3]>,
     /// The textures of each group. Empty if no texture is used.
     skins: Vec<Skin>,

@@ -4,6 +4,7 @@ use crate::rig::{self, Shot, cuts, twin};
 use glam::dvec3;
 use hbao::Settings;
 use hbao::context::{Backend, Context};
+use hbao::reference::truth::Truth;
 use hbao::scene::{Lens, Mesh, View};
 use hbao::settings::{Normals, Radius};
 use std::fmt::Write as _;
@@ -76,7 +77,7 @@ fn cut_outs_textures_and_vertex_colours_are_what_rays_see() {
 }
 
 #[test]
-fn rays_of_the_truth_pass_through_cut_outs_as_ambient_occlusion_does() {
+fn ambient_occlusion_is_as_near_to_the_truth_with_cut_outs_as_without() {
     let folder = TempDir::new().unwrap();
     write_model(folder.path());
     let [cut, ..] = cuts::open(folder.path(), MTL);
@@ -108,4 +109,32 @@ fn the_truth_beside_a_surface_that_is_all_cut_away_is_that_without_it() {
         (cuts::error(&frame, &shot.mesh, &shot, &settings, 16), frame.ao)
     });
     assert_eq!(with, without);
+}
+
+#[test]
+fn the_truth_of_a_wall_that_is_half_cut_away_is_that_of_half_a_wall() {
+    let folder = TempDir::new().unwrap();
+    let floor = "v -3 0 -3\nv -3 0 3\nv 3 0 3\nv 3 0 -3\nf 1 2 3 4\n";
+    let wall = |right: f64| {
+        let corners = format!("v -2 0 -0.5\nv {right} 0 -0.5\nv {right} 2 -0.5\nv -2 2 -0.5\n");
+        format!("{corners}vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl wall\nf 5/1 6/2 7/3 8/4\n")
+    };
+    image::GrayImage::from_fn(2, 1, |x, _| image::Luma([255 - 255 * x as u8]))
+        .save(folder.path().join("half.png"))
+        .unwrap();
+    fs::write(folder.path().join("m.mtl"), "newmtl wall\nmap_d half.png\n").unwrap();
+    let settings = rig::float_settings(0.6);
+    let [cut, half] = [format!("mtllib m.mtl\n{floor}{}", wall(2.0)), format!("{floor}{}", wall(0.0))].map(|obj| {
+        fs::write(folder.path().join("m.obj"), obj).unwrap();
+        let shot = shot(Mesh::load_obj(&folder.path().join("m.obj")).unwrap().0);
+        let camera = shot.camera((40, 30));
+        let pixels: Vec<usize> = (0..40 * 30).collect();
+        Truth::new(&shot.mesh, &camera, (40, 30), &settings, 64).unwrap().trace(&pixels, |_| {})
+    });
+    assert_eq!(cut.covered, half.covered);
+    let occluded = half.visibility.iter().filter(|&&a| a < 0.9).count();
+    assert!(occluded > 30, "only {occluded} pixels are occluded");
+    for (i, (cut, half)) in cut.visibility.iter().zip(&half.visibility).enumerate() {
+        assert!((cut - half).abs() < 1e-9, "{cut} at pixel {i}, and {half} of half a wall");
+    }
 }
