@@ -40,8 +40,8 @@ pub(super) struct Material {
     pub(super) cut_map: Option<Named>,
 }
 
-/// The materials of one file, by their numbers.
-type Read = HashMap<u32, Material>;
+/// The materials of one file, by their numbers, so that notices about them are always in the same order.
+type Read = BTreeMap<u32, Material>;
 
 /// Reads the materials in `wanted` from an MTL file. If a file defines a name twice, the last definition counts. All
 /// other materials are ignored. What cannot be read is told to `notices`.
