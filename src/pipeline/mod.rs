@@ -10,6 +10,7 @@ use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{GBuffer, GBufferVariant};
+use crate::pass::skin::Needs;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
 use crate::projection::{Hand, Projection};
 use crate::scene::{Camera, Mesh};
@@ -219,6 +220,7 @@ impl Pipeline {
             orthographic: !camera.projection.is_perspective(),
             biased: targets.encoding == NormalEncoding::Biased,
             colour: targets.colour.is_some(),
+            needs: Needs::of(mesh, targets.colour.is_some()),
         };
         let pass = match self.gbuffer.take() {
             Some(pass) if pass.variant == variant => pass,

@@ -7,7 +7,9 @@
 
 mod camera;
 mod cornell_box;
+mod find;
 mod foreign;
+mod guard;
 mod masonry;
 mod mesh;
 mod mtl;
@@ -16,13 +18,16 @@ mod notices;
 mod obj;
 mod path;
 mod polygon;
+mod skin;
 mod statement;
+mod texture;
 mod view;
 
 pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
 pub use path::{CameraPath, Interpolation, Key, Turntable};
+pub(crate) use texture::Map;
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;

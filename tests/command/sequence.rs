@@ -149,6 +149,18 @@ fn only_frames_that_show_something_else_are_rendered_again() {
     fs::write(folder.join("a.mtl"), "newmtl m\nKd 1 0.5 0\n").unwrap();
     assert_eq!(run(""), [0, 1, 2, 3]);
     assert_eq!(run(""), [0; 0]);
+    // A texture is laid over the triangle, and then has another colour.
+    let texture =
+        |red: u8| fs::write(folder.join("t.png"), png::encode(&Image::filled(1, 1, [red, 9, 9]), &[]).unwrap());
+    texture(200).unwrap();
+    fs::write(folder.join("a.mtl"), "newmtl m\nKd 1 0.5 0\nmap_Kd t.png\n").unwrap();
+    let laid = square.replace("f 5 6 7", "vt 0 0\nvt 1 0\nvt 0 1\nf 5/1 6/2 7/3");
+    fs::write(folder.join("a.obj"), format!("mtllib a.mtl\nusemtl m\n{laid}")).unwrap();
+    assert_eq!(run(""), [0, 1, 2, 3]);
+    assert_eq!(run(""), [0; 0]);
+    texture(100).unwrap();
+    assert_eq!(run(""), [0, 1, 2, 3]);
+    assert_eq!(run(""), [0; 0]);
     // A file that was cut short, one of somebody else, and one that is missing.
     let bytes = fs::read(folder.join("0.png")).unwrap();
     fs::write(folder.join("0.png"), &bytes[..bytes.len() - 40]).unwrap();

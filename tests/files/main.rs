@@ -5,3 +5,4 @@ mod image_files;
 mod layers;
 mod scene;
 mod settings;
+mod textures;

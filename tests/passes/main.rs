@@ -21,6 +21,7 @@ mod golden;
 mod half_resolution;
 mod inputs;
 mod invariance;
+mod materials;
 mod off_centre;
 mod output;
 mod precision;
