@@ -2,11 +2,18 @@
 // The float64 twin is src/reference/gbuffer.rs, which finds the same surface by ray casting.
 //
 // Compiled in: ORTHOGRAPHIC for an orthographic projection; NORMALS_BIASED if normals are stored as n/2 + 1/2; COLOUR
-// if an image needs the colour; and either NORMALS_DERIVATIVE (the triangle's normal) or NORMALS_VERTEX (the
-// interpolated vertex normal).
+// if an image needs the colour; with it, TEXTURED if materials have textures, and VERTEX_COLOURS if vertices
+// have colours; CUT if textures cut surfaces away; and either NORMALS_DERIVATIVE (the triangle's normal) or
+// NORMALS_VERTEX (the interpolated vertex normal).
 in vec3 position; // in eye space, relative to the near plane: (x, y, z - near); if orthographic, to the near plane's middle
 #ifdef NORMALS_VERTEX
 in vec3 smooth_normal;
+#endif
+#if defined(TEXTURED) || defined(CUT)
+in vec2 coordinates; // of textures
+#endif
+#ifdef VERTEX_COLOURS
+in vec3 tint; // the colour of the vertices
 #endif
 
 uniform vec2 near_far; // the depths of the near and the far plane
@@ -19,6 +26,28 @@ uniform vec3 light;   // unit vector towards the light, in eye space
 uniform vec2 shading; // x: the factor of the ambient light, y: the factor of the directional light
 
 out vec4 out_2; // colour; alpha is the share of the colour that is ambient
+#endif
+
+#ifdef TEXTURED
+uniform sampler2D colour_map;
+uniform vec4 colour_placed; // the factors of texture coordinates, and what is added
+uniform int colour_clamped; // 1 if the texture is continued by its border, 0 if it is repeated
+#endif
+#ifdef CUT
+uniform sampler2D cut_map; // alpha
+uniform vec4 cut_placed;
+uniform int cut_clamped;
+#endif
+
+#if defined(TEXTURED) || defined(CUT)
+// Returns the texel at texture coordinates: the nearest one, after they are wrapped.
+vec4 texel(sampler2D map, vec4 placed, int clamped, vec2 at)
+{
+    at = at * placed.xy + placed.zw;
+    ivec2 size = textureSize(map, 0);
+    vec2 within = clamped == 1 ? clamp(at, 0.0, 1.0) : fract(at);
+    return texelFetch(map, clamp(ivec2(floor(within * vec2(size))), ivec2(0), size - 1), 0);
+}
 #endif
 
 // Returns v divided by the magnitude of its largest component. The result is zero if v is zero, infinite or NaN.
@@ -58,6 +87,26 @@ void main()
     // The depth at which the ray r meets the plane through the interpolated position Q: z = (n.Q) / (n.r). It is
     // computed as Q.z plus a correction that moves Q along the plane onto the ray.
     float z = near_far.x + (facing < 0.0 ? position.z + dot(plane.xy, off_ray) / facing : position.z);
+#if defined(TEXTURED) || defined(CUT)
+    // The texture coordinates where the ray r meets the plane, at `away` from the interpolated position. On the plane
+    // they are linear, so that they change by as many differences to the neighbouring pixels as the position does.
+    float ahead = facing < 0.0 ? dot(plane.xy, off_ray) / facing : 0.0;
+    vec3 away = vec3(r.xy * ahead - off_ray, ahead);
+    vec3 right = dFdx(position), up = dFdy(position);
+    vec3 longest = max(abs(right), abs(up));
+    float unit_length = max(max(longest.x, longest.y), longest.z);
+    vec3 across = cross(right / unit_length, up / unit_length);
+    vec2 steps = vec2(dot(cross(away / unit_length, up / unit_length), across),
+                      dot(cross(right / unit_length, away / unit_length), across)) / dot(across, across);
+    // The interpolated position is at most a few hundredths of a pixel off; if not, it is seen edge-on.
+    steps = max(abs(steps.x), abs(steps.y)) < 2.0 ? steps : vec2(0.0);
+    vec2 at = coordinates + steps.x * dFdx(coordinates) + steps.y * dFdy(coordinates);
+#endif
+#ifdef CUT
+    if (texel(cut_map, cut_placed, cut_clamped, at).r < 0.5)
+        discard;
+#endif
+
     // The depth is clamped to the range of the view. It is NaN if the ray does not meet the plane; the comparison is
     // written so that NaN becomes the near depth.
     z = z > near_far.x ? min(z, near_far.y) : near_far.x;
@@ -78,7 +127,14 @@ void main()
     out_1 = vec4(n, 0.0);
 #endif
 #ifdef COLOUR
+    vec3 colour = diffuse;
+#ifdef VERTEX_COLOURS
+    colour *= clamp(tint, 0.0, 1.0);
+#endif
+#ifdef TEXTURED
+    colour *= texel(colour_map, colour_placed, colour_clamped, at).rgb;
+#endif
     float lit = shading.y * max(dot(n, light), 0.0);
-    out_2 = vec4(diffuse * (shading.x + lit), shading.x / (shading.x + lit));
+    out_2 = vec4(colour * (shading.x + lit), shading.x / (shading.x + lit));
 #endif
 }

@@ -1,6 +1,7 @@
 //! The `hbao` command: it hands over to [`cli`], prints an error as one line, and sets the exit code.
 
 mod cli;
+mod heat;
 mod picture;
 mod report;
 mod terminal;

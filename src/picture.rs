@@ -2,6 +2,7 @@
 //! help texts and the notices about flags without effect are all made from these rows.
 
 use hbao::image::{Image, Outputs, exr, png};
+use hbao::measure::Reach;
 use hbao::settings::{MethodBlur, Settings};
 use hbao::{Apply, Error, Pipeline, Request, rotation_tile};
 use std::path::Path;
@@ -129,6 +130,29 @@ images! {
         },
         read: |pipeline, _| Ok(Pixels::Mask(pipeline.edges().ok_or_else(|| not_kept("which pixels are edges"))?.clone())),
     }
+    /// The texels at which the method exits early.
+    EXITS {
+        name: Some("exits"),
+        dumped: None,
+        help: "orange where the method exits early with visibility 1, because R covers too few texels there (see\n\
+               --exit), and elsewhere visibility before the blur as grey, black for the background: RGB; an EXR\n\
+               holds the 8-bit values divided by 255",
+        needs: |request, _| Request { gbuffer_only: false, raw: true, ..request },
+        unblurred: true,
+        decided_by: |knob, settings| AO_RAW.is_decided_by(knob, settings),
+        read: |pipeline, settings| {
+            let raw = pipeline.ao_raw().ok_or_else(|| not_kept("ambient occlusion before the blur"))?;
+            let projection = pipeline.projection().ok_or_else(|| not_kept("a picture"))?;
+            let exits = Reach::exits_at(&pipeline.depth()?, projection, settings)?;
+            let texel = |(&exits, &visibility): (&Option<bool>, &f32)| match exits {
+                None => Exiting::Background,
+                Some(true) => Exiting::Exits,
+                Some(false) => Exiting::Visibility(visibility),
+            };
+            let texels = exits.texels.iter().zip(&raw.texels).map(texel).collect();
+            Ok(Pixels::Exits(Image { width: exits.width, height: exits.height, texels }))
+        },
+    }
     /// The 4x4 tile of rotations.
     ROTATION {
         name: None,
@@ -175,7 +199,6 @@ impl ImageKind {
     }
 
     /// Reads the image back.
-    #[cfg(feature = "view")]
     pub(crate) fn pixels(&self, pipeline: &Pipeline, settings: &Settings) -> Result<Pixels, Error> {
         (self.read)(pipeline, settings)
     }
@@ -215,6 +238,11 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
+    /// Returns the part as its left and bottom pixel, its width and its height.
+    pub(crate) fn part(&self) -> [u32; 4] {
+        [self.corner.0, self.corner.1, self.size.0, self.size.1]
+    }
+
     /// Cuts the part out of an image of the rendering. If the image has half resolution, the part consists of those
     /// texels that stand for its pixels: the texel i for the pixel 2i. If there is none, it is the one texel that holds
     /// the part's pixels.
@@ -273,50 +301,98 @@ pub(crate) enum Pixels {
     Rotations(Image<[f32; 3]>),
     /// True or false. A PNG holds 255 or 0, an EXR 1 or 0.
     Mask(Image<bool>),
+    /// Where the method exits early. It is stored like colours.
+    Exits(Image<Exiting>),
+}
+
+/// A texel of the image that shows where a method exits early.
+#[derive(Clone, Copy)]
+pub(crate) enum Exiting {
+    Background,
+    /// The method exits early: visibility is 1.
+    Exits,
+    /// The method does not: this is visibility before the blur.
+    Visibility(f32),
+}
+
+impl Exiting {
+    fn colour(self) -> [u8; 3] {
+        match self {
+            Exiting::Background => [0; 3],
+            Exiting::Exits => [255, 140, 0],
+            Exiting::Visibility(a) => [byte(a); 3],
+        }
+    }
 }
 
 impl Pixels {
     /// Returns the part of the image that is kept.
-    fn part(&self, kept: &Kept) -> Pixels {
+    pub(crate) fn part(&self, kept: &Kept) -> Pixels {
         match self {
             Pixels::Colours(image) => Pixels::Colours(kept.of(image)),
             Pixels::Visibility(image) => Pixels::Visibility(kept.of(image)),
             Pixels::Depth(image) => Pixels::Depth(kept.of(image)),
             Pixels::Vectors(image) => Pixels::Vectors(kept.of(image)),
             Pixels::Mask(image) => Pixels::Mask(kept.of(image)),
+            Pixels::Exits(image) => Pixels::Exits(kept.of(image)),
             Pixels::Rotations(image) => Pixels::Rotations(image.clone()),
         }
     }
 
     /// Encodes the image as the bytes of a file.
     pub(crate) fn encode(&self, format: FileFormat, text: Text) -> Result<Vec<u8>, Error> {
-        match (self, format) {
-            (Pixels::Colours(image), FileFormat::Png) => png::encode(image, text),
-            (Pixels::Colours(image), FileFormat::Exr) => exr::encode(&image.map(|colour| colour.map(unit)), text),
-            (Pixels::Visibility(image), FileFormat::Png) => png::encode(&image.map(byte), text),
-            (Pixels::Visibility(image) | Pixels::Depth(image), FileFormat::Exr) => exr::encode(image, text),
-            (Pixels::Depth(image), FileFormat::Png) => png::encode(&grey_depth(image), text),
-            (Pixels::Vectors(image) | Pixels::Rotations(image), FileFormat::Png) => {
-                png::encode(&image.map(vector_colour), text)
-            }
-            (Pixels::Vectors(image) | Pixels::Rotations(image), FileFormat::Exr) => exr::encode(image, text),
-            (Pixels::Mask(image), FileFormat::Png) => png::encode(&image.map(|set| if set { 255 } else { 0 }), text),
-            (Pixels::Mask(image), FileFormat::Exr) => exr::encode(&image.map(|set| if set { 1.0 } else { 0.0 }), text),
+        if format == FileFormat::Png {
+            return match self.eight_bit() {
+                EightBit::Grey(image) => png::encode(&image, text),
+                EightBit::Colours(image) => png::encode(&image, text),
+            };
+        }
+        match self {
+            Pixels::Colours(image) => exr::encode(&image.map(|colour| colour.map(unit)), text),
+            Pixels::Visibility(image) | Pixels::Depth(image) => exr::encode(image, text),
+            Pixels::Vectors(image) | Pixels::Rotations(image) => exr::encode(image, text),
+            Pixels::Mask(image) => exr::encode(&image.map(|set| if set { 1.0 } else { 0.0 }), text),
+            Pixels::Exits(image) => Pixels::Colours(image.map(Exiting::colour)).encode(format, text),
         }
     }
+
+    /// Returns the number of texels of a row.
+    pub(crate) fn width(&self) -> usize {
+        match self {
+            Pixels::Colours(image) => image.width,
+            Pixels::Visibility(image) | Pixels::Depth(image) => image.width,
+            Pixels::Vectors(image) | Pixels::Rotations(image) => image.width,
+            Pixels::Mask(image) => image.width,
+            Pixels::Exits(image) => image.width,
+        }
+    }
+
+    /// Returns what a PNG of the image holds.
+    pub(crate) fn eight_bit(&self) -> EightBit {
+        match self {
+            Pixels::Colours(image) => EightBit::Colours(image.clone()),
+            Pixels::Visibility(image) => EightBit::Grey(image.map(byte)),
+            Pixels::Depth(image) => EightBit::Grey(grey_depth(image)),
+            Pixels::Vectors(image) | Pixels::Rotations(image) => EightBit::Colours(image.map(vector_colour)),
+            Pixels::Mask(image) => EightBit::Grey(image.map(|set| if set { 255 } else { 0 })),
+            Pixels::Exits(image) => EightBit::Colours(image.map(Exiting::colour)),
+        }
+    }
+}
+
+/// An image as a PNG holds it.
+pub(crate) enum EightBit {
+    Grey(Image<u8>),
+    Colours(Image<[u8; 3]>),
 }
 
 #[cfg(feature = "view")]
 impl Pixels {
     /// Returns the colours that a PNG of the image shows.
     pub(crate) fn shown(&self) -> Image<[u8; 3]> {
-        let grey = |byte: u8| [byte; 3];
-        match self {
-            Pixels::Colours(image) => image.clone(),
-            Pixels::Visibility(image) => image.map(|a| grey(byte(a))),
-            Pixels::Depth(image) => grey_depth(image).map(grey),
-            Pixels::Vectors(image) | Pixels::Rotations(image) => image.map(vector_colour),
-            Pixels::Mask(image) => image.map(|set| grey(if set { 255 } else { 0 })),
+        match self.eight_bit() {
+            EightBit::Grey(image) => image.map(|grey| [grey; 3]),
+            EightBit::Colours(image) => image,
         }
     }
 
@@ -337,9 +413,24 @@ impl Pixels {
                 [x, y, z] => format!("{x:.3}, {y:.3}, {z:.3}"),
             },
             Pixels::Mask(image) => if *image.texels.get(texel)? { "an edge" } else { "no edge" }.into(),
+            Pixels::Exits(image) => match image.texels.get(texel)? {
+                Exiting::Background => "background".into(),
+                Exiting::Exits => "exits early".into(),
+                Exiting::Visibility(a) => format!("{a:.4}"),
+            },
         })
     }
+
+    /// Returns at how many texels the method exits early, and how many hold a surface; `None` for other images.
+    pub(crate) fn exits(&self) -> Option<[usize; 2]> {
+        let Pixels::Exits(image) = self else { return None };
+        let count = |is: fn(&Exiting) -> bool| image.texels.iter().filter(|texel| is(texel)).count();
+        Some([count(|texel| matches!(texel, Exiting::Exits)), count(|texel| !matches!(texel, Exiting::Background))])
+    }
 }
+
+/// What is said of a method without an early exit.
+pub(crate) const NEVER_EXITS: &str = "never exits early";
 
 fn unit(byte: u8) -> f32 {
     f32::from(byte) / 255.0

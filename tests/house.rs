@@ -290,7 +290,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
     ),
 ];
 /// The rooms of the command. They may import the library and those before them.
-const COMMAND: [&str; 5] = ["terminal", "picture", "report", "viewer", "cli"];
+const COMMAND: [&str; 6] = ["terminal", "heat", "picture", "report", "viewer", "cli"];
 
 /// A file that imports one that is not below it, if there is any.
 fn upward(modules: &Modules) -> Option<String> {

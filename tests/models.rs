@@ -138,3 +138,74 @@ fn supersampling_lowers_sibeniks_error_on_edges() {
     hold_edges_to(0.85, "sibenik.obj", dvec3(-16.0, -12.0, -3.0), dvec3(8.0, -8.0, 2.0), 60.0);
     hold_edges_to(0.85, "sibenik.obj", dvec3(14.0, -12.5, 0.0), dvec3(-10.0, -8.0, 0.0), 60.0);
 }
+
+/// Writes Sponza with texture coordinates, by the dominant axis of each face and one repeat a metre. Returns its
+/// material file, in which three materials have holes.
+fn write_textured_sponza(folder: &Path, path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    let (mut obj, mut mtl) = (String::from("mtllib scene.mtl\n"), String::new());
+    let mut positions: Vec<DVec3> = Vec::new();
+    for line in text.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            ["v", x, y, z] => positions.push(dvec3(x.parse().unwrap(), y.parse().unwrap(), z.parse().unwrap())),
+            ["usemtl", name] => {
+                let picture = mtl.len() % 3;
+                mtl += &format!("newmtl {name}\nKd 0.9 0.9 0.8\nmap_Kd PLACED {picture}.png\n");
+                if name.ends_with("_mask") {
+                    mtl += "map_d PLACED holes.png\n";
+                }
+            }
+            ["f", ..] => {
+                let corners: Vec<usize> = words[1..].iter().map(|word| word.parse().unwrap()).collect();
+                let at: Vec<DVec3> = corners.iter().map(|&i| positions[i - 1]).collect();
+                let axis = (at[1] - at[0]).cross(at[2] - at[0]).abs().max_position();
+                at.iter().for_each(|p| obj += &format!("vt {} {}\n", p[(axis + 1) % 3], p[(axis + 2) % 3]));
+                obj += "f";
+                let count = corners.len();
+                corners.iter().enumerate().for_each(|(i, v)| obj += &format!(" {v}/-{}", count - i));
+                obj += "\n";
+                continue;
+            }
+            _ => {}
+        }
+        obj += line;
+        obj += "\n";
+    }
+    std::fs::write(folder.join("scene.obj"), obj).unwrap();
+    for picture in 0..3u32 {
+        let texel = |x: u32, y: u32| image::Rgb([(40 * picture + 12 * x) as u8, (11 * y) as u8 + 60, 150]);
+        image::RgbImage::from_fn(16, 16, texel).save(folder.join(format!("{picture}.png"))).unwrap();
+    }
+    let holes = |x: u32, y: u32| image::Luma([if (x / 3 + y / 5).is_multiple_of(2) { 255u8 } else { 0 }]);
+    image::GrayImage::from_fn(24, 20, holes).save(folder.join("holes.png")).unwrap();
+    mtl
+}
+
+#[test]
+fn sponza_with_textures_and_cut_outs() {
+    let (eye, target) = (dvec3(7.2, 1.6, -0.35), dvec3(-10.0, 3.2, -0.35));
+    let Some(plain) = open("sponza.obj", eye, target, 60.0) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models/sponza.obj");
+    let mtl = write_textured_sponza(folder.path(), &path);
+    let meshes = rig::cuts::open(folder.path(), &mtl);
+    let shot = Shot { mesh: meshes[0].clone(), ..plain.clone() };
+    let settings = rig::float_settings(shot.radius);
+    let context = Context::open(Backend::Egl).unwrap();
+    let [frame, of_plain] = [&shot, &plain].map(|shot| rig::render(context.gl(), shot, size(), &settings));
+    let cut = frame.depth.texels.iter().zip(&of_plain.depth.texels).filter(|(a, b)| *a > *b).count();
+    twin::hold_gbuffer(&frame, &shot, size(), &settings, "sponza with cut-outs");
+    let (compared, different) = rig::cuts::differences(&frame, &meshes, &shot, &settings);
+    let [with, without] = [(&frame, &shot), (&of_plain, &plain)]
+        .map(|(frame, shot)| rig::cuts::error(frame, &shot.mesh, shot, &settings, 64));
+    eprintln!(
+        "{cut} pixels see through; {} of {compared} differ {:?}; error {with:.4}, and {without:.4} without cut-outs",
+        different.len(),
+        different.first()
+    );
+    assert!(cut > 100, "only {cut} pixels see through a cut-out");
+    assert!(different.len() * 10_000 <= compared, "{} of {compared} differ: {}", different.len(), different[0]);
+    assert!(compared * 10 > 9 * frame.depth.texels.len(), "only {compared} compared");
+    assert!(with < 1.1 * without, "{with}, and {without} without cut-outs");
+}

@@ -1,7 +1,17 @@
 //! Drives `hbao view` as a person does: a window under Xvfb, a pointer and keys by xdotool. Where the widgets are, and
 //! what the window shows, the tests read in the file of `--log`.
 
+#[path = "view/costs.rs"]
+mod costs;
+#[path = "view/driver.rs"]
+mod driver;
+#[path = "view/moves.rs"]
+mod moves;
 mod rig;
+#[path = "view/truth.rs"]
+mod truth;
+#[path = "view/watch.rs"]
+mod watch;
 
 use rig::command::{HBAO, by, hbao, with_shader_cache};
 use rig::process::skip;
@@ -26,6 +36,11 @@ struct Display {
 impl Display {
     /// Starts Xvfb; `None` if it or xdotool is not installed.
     fn start() -> Option<Display> {
+        Display::start_with(&[])
+    }
+
+    /// Does the same with more arguments for Xvfb.
+    fn start_with(arguments: &[&str]) -> Option<Display> {
         let installed = |tool: &str| Command::new(tool).arg("-help").output().is_ok();
         for (tool, package) in [("Xvfb", "xvfb"), ("xdotool", "xdotool")] {
             if !installed(tool) {
@@ -35,7 +50,7 @@ impl Display {
         }
         let mut server = Command::new("Xvfb");
         server.args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp"]);
-        let mut server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut server = server.args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(server.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
         assert!(!line.trim().is_empty(), "Xvfb does not start");
@@ -60,11 +75,17 @@ struct Window {
 impl Window {
     /// Opens a window on the Cornell box, and waits for its image. `None` without the tools.
     fn open(arguments: &str) -> Option<Window> {
+        Window::open_with(arguments, &[])
+    }
+
+    /// Does the same with variables in the environment.
+    fn open_with(arguments: &str, environment: &[(&str, &str)]) -> Option<Window> {
         let display = Display::start()?;
         let folder = tempfile::tempdir().unwrap();
         let mut program = hbao(folder.path(), &format!("view --size 420x560 --msaa 1 --log log.json {arguments}"));
         with_shader_cache(&mut program).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
         program.env("LIBGL_ALWAYS_SOFTWARE", "1").env("WINIT_X11_SCALE_FACTOR", "1");
+        program.envs(environment.iter().copied());
         let program = program.stderr(Stdio::piped()).stdin(Stdio::null()).spawn().unwrap();
         let mut window = Window { program, folder, display };
         window.settled(|line| line["image"]["size"] == serde_json::json!([420, 560]));
@@ -107,6 +128,19 @@ impl Window {
         self.wait(|line| line["image"]["current"] == true && line["image"]["divisor"] == 1 && is(line))
     }
 
+    /// Waits until half a second passes without a frame, so that nothing moves.
+    fn rest(&mut self) {
+        let start = Instant::now();
+        loop {
+            let before = self.wait(|line| line["widgets"].is_object())["frame"].clone();
+            std::thread::sleep(Duration::from_millis(500));
+            if self.wait(|line| line["widgets"].is_object())["frame"] == before {
+                return;
+            }
+            assert!(start.elapsed() < PATIENCE, "the window does not rest");
+        }
+    }
+
     /// What the program has written to stderr. It must have ended.
     fn said(&mut self) -> String {
         let mut text = String::new();
@@ -134,13 +168,21 @@ impl Window {
 
     /// Drags the pointer from one point of a widget to another, in steps.
     fn drag(&mut self, widget: &str, from: [f64; 2], to: [f64; 2]) {
-        let mut moves = format!("mousemove {} mousedown 1", self.point(widget, from));
+        self.drag_by(1, widget, from, to);
+    }
+
+    /// Does the same with another button.
+    fn drag_by(&mut self, button: u32, widget: &str, from: [f64; 2], to: [f64; 2]) {
+        let mut moves = format!("mousemove {} mousedown {button}", self.point(widget, from));
         for step in 1..=5 {
             let share = f64::from(step) / 5.0;
             let at = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
-            moves += &format!(" mousemove {} sleep 0.02", self.point(widget, at));
+            // The pointer leaves at once, in the frame in which the button is pressed. It is then held until a busy
+            // machine has drawn a frame.
+            let pause = if step == 1 || step == 5 { 0.2 } else { 0.02 };
+            moves += &format!(" mousemove {} sleep {pause}", self.point(widget, at));
         }
-        self.xdotool(&format!("{moves} mouseup 1"));
+        self.xdotool(&format!("{moves} mouseup {button}"));
     }
 
     /// Replaces the text of a field.
@@ -181,6 +223,21 @@ fn hash(png: &Path) -> String {
         .iter()
         .fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
     format!("{hash:016x}")
+}
+
+/// Runs the command of a frame in a folder of its own, and returns the file that it writes.
+fn by_the_command(frame: &Value, name: &str) -> Vec<u8> {
+    written_by(frame["command"].as_str().unwrap(), name)
+}
+
+/// Runs a command that the window shows in a folder of its own, and returns a file that it writes.
+fn written_by(command: &str, name: &str) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let line = command.replacen("hbao", HBAO, 1);
+    let mut shell = by("sh", folder.path());
+    let output = with_shader_cache(shell.args(["-c", &line])).output().unwrap();
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    std::fs::read(folder.path().join(name)).unwrap()
 }
 
 #[test]
@@ -235,12 +292,7 @@ fn a_saved_image_is_the_one_on_the_screen_and_that_of_the_command() {
     let saved = window.path("view.png");
     assert_eq!(hash(&saved), shown["image"]["hash"].as_str().unwrap());
 
-    let again = tempfile::tempdir().unwrap();
-    let line = shown["command"].as_str().unwrap().replacen("hbao", HBAO, 1);
-    let mut shell = by("sh", again.path());
-    let output = with_shader_cache(shell.args(["-c", &line])).output().unwrap();
-    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(std::fs::read(again.path().join("view.png")).unwrap(), std::fs::read(&saved).unwrap(), "{line}");
+    assert_eq!(std::fs::read(&saved).unwrap(), by_the_command(&shown, "view.png"), "{}", shown["command"]);
 
     // The clipboard is asked for while the window, which holds its text, is open.
     window.click("copy");

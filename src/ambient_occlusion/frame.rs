@@ -22,6 +22,9 @@ pub(crate) struct Extras {
     pub(crate) raw: bool,
     /// Keep which pixels are edges.
     pub(crate) edges: bool,
+    /// Draw only this part of the picture, whose surroundings are read and not needed: left, bottom, width and height
+    /// in pixels. Elsewhere ambient occlusion is 1.
+    pub(crate) within: Option<[u32; 4]>,
 }
 
 /// The results that an [`Extras`] asked for.
@@ -29,6 +32,23 @@ pub(crate) struct Extras {
 pub(crate) struct Kept {
     pub(crate) raw: Option<Image<f32>>,
     pub(crate) edges: Option<Image<bool>>,
+}
+
+/// Draws into a part of the picture only, if there is one, on a grid of this many pixels per texel.
+fn within(gl: &glow::Context, part: Option<[u32; 4]>, scale: [u32; 2], draw: impl FnOnce()) {
+    let Some([left, bottom, width, height]) = part else { return draw() };
+    let along = |first: u32, count: u32, scale: u32| {
+        let start = first / scale;
+        [start as i32, ((first + count).div_ceil(scale) - start) as i32]
+    };
+    let [x, y] = [along(left, width, scale[0]), along(bottom, height, scale[1])];
+    // SAFETY: the context is current.
+    unsafe {
+        gl.enable(glow::SCISSOR_TEST);
+        gl.scissor(x[0], y[0], x[1], y[1]);
+        draw();
+        gl.disable(glow::SCISSOR_TEST);
+    }
 }
 
 impl AmbientOcclusion {
@@ -68,7 +88,9 @@ impl AmbientOcclusion {
                     gl.stencil_mask(0xff);
                     gl.clear_buffer_i32_slice(glow::STENCIL, 0, &[0]);
                 }
-                mark(&gl, COVERED, || background.draw(full_screen, &depth));
+                // All later passes draw only where this one has marked.
+                let draw = || mark(&gl, COVERED, || background.draw(full_screen, &depth));
+                within(&gl, extras.within, targets[*target].grid.scale, draw);
             }
             Ok(())
         })?;
@@ -104,7 +126,8 @@ impl AmbientOcclusion {
         if let (Some(edges), Some(samples), Some(full)) = (&programs.edges, &checked.samples, programs.plan.full()) {
             timers.pass("edges", || {
                 targets[full].canvas.framebuffer.bind();
-                mark(&gl, EDGE, || edges.draw(full_screen, samples, depth.background, sigma));
+                let draw = || mark(&gl, EDGE, || edges.draw(full_screen, samples, depth.background, sigma));
+                within(&gl, extras.within, [1, 1], draw);
                 Ok(())
             })?;
         }

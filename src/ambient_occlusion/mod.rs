@@ -22,6 +22,7 @@ use crate::Error;
 use crate::gl::state::SavedState;
 use crate::gl::{self, DebugGroups, ProgramCache, Texture, Timers};
 use crate::image::Image;
+use crate::pass::method::MethodPass;
 use crate::pass::{FullScreen, TextureRef};
 use crate::projection::Projection;
 use crate::settings::{MethodBlur, Settings};
@@ -371,6 +372,15 @@ impl AmbientOcclusion {
         gl::check(&self.gl, PENDING)?;
         let state = SavedState::save(&self.gl, self.images.ao.first().map(|target| &target.canvas.framebuffer))?;
         state.put_back_after(&self.gl, read)
+    }
+
+    /// Returns the bytes of all textures and renderbuffers that this object holds, as their formats and sizes say. A
+    /// driver may take more. Images that only some kinds of inputs need are made at the first
+    /// [`AmbientOcclusion::render`].
+    #[must_use]
+    pub fn texture_bytes(&self) -> u64 {
+        let tiles = self.programs.iter().filter_map(|programs| programs.ao.as_ref());
+        self.images.bytes() + tiles.map(MethodPass::tile_bytes).sum::<u64>()
     }
 
     /// Returns the texture that [`AmbientOcclusion::image`] reads.

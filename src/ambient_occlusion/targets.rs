@@ -74,6 +74,18 @@ impl Images {
         Ok(())
     }
 
+    /// Returns the bytes of all images and stencils, as their formats and sizes say.
+    pub(super) fn bytes(&self) -> u64 {
+        let others = [&self.linear_depth, &self.half_depth, &self.rebuilt_normals].into_iter().flatten();
+        let images: u64 =
+            self.ao.iter().map(|target| &target.canvas).chain(others).map(|canvas| canvas.texture.bytes()).sum();
+        // Images of the same size share a stencil.
+        let first =
+            |at: usize| self.ao[..at].iter().all(|earlier| !Arc::ptr_eq(&earlier.stencil, &self.ao[at].stencil));
+        let own = (0..self.ao.len()).filter(|&at| first(at));
+        images + own.map(|at| self.ao[at].stencil.bytes_per_sample).sum::<u64>()
+    }
+
     /// Returns whether the texture is one of these images.
     pub(super) fn hold(&self, texture: glow::Texture) -> bool {
         let others = [&self.linear_depth, &self.half_depth, &self.rebuilt_normals].into_iter().flatten();

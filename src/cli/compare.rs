@@ -1,6 +1,7 @@
 //! `hbao compare`: measures the difference of two pictures, and fails if it is larger than allowed.
 
 use super::flags;
+use crate::heat;
 use crate::report::fields::object;
 use crate::terminal::{print, say};
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -9,18 +10,6 @@ use hbao::image::{Channels, Outputs, png, read_channels};
 use hbao::measure::difference::Difference;
 use std::fmt::Write as _;
 use std::path::PathBuf;
-
-/// The colours of the heat map: the largest difference that each stands for, in steps of 8 bits.
-const HEAT: [(f64, [u8; 3]); 6] = [
-    (0.0, [0, 0, 0]),
-    (1.0, [0, 0, 160]),
-    (4.0, [0, 160, 255]),
-    (16.0, [0, 200, 0]),
-    (64.0, [255, 230, 0]),
-    (f64::MAX, [255, 0, 0]),
-];
-/// The colour of pixels at which a sample is not finite and differs from that of the other picture.
-const NOT_FINITE: [u8; 3] = [255, 0, 255];
 
 const EXPLANATION: &str = "\
 A and B are PNG or EXR files of any kind and of the same size. Values are compared as the files hold them: in a PNG from
@@ -147,7 +136,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let exceeded = bounds.exceeded(&difference);
     let mut outputs = Outputs::new();
     if let Some(path) = heat {
-        outputs.stage(path, &png::encode(&difference.largest.map(colour), &[])?)?;
+        outputs.stage(path, &png::encode(&difference.largest.map(heat::colour), &[])?)?;
     }
     if let Some(path) = json {
         let fields = json_fields(&difference, &got, bounds.tolerance, exceeded.is_empty());
@@ -214,12 +203,6 @@ fn json_fields(difference: &Difference, picture: &Channels, tolerance: f64, with
         ("pixels_not_finite", difference.unequal_non_finite.into()),
         ("within_bounds", within.into()),
     ])
-}
-
-/// Returns the colour of a pixel in the heat map, given its largest difference.
-fn colour(difference: f64) -> [u8; 3] {
-    let steps = 255.0 * difference * (1.0 - 1e-9);
-    HEAT.iter().find(|(most, _)| steps <= *most).map_or(NOT_FINITE, |(_, colour)| *colour)
 }
 
 /// Formats a number with five digits.

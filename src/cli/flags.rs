@@ -3,6 +3,8 @@
 //! clap accepts every value as text, and this module converts the text. In this way each message is one line that names
 //! the flag and the values it accepts, and a value may begin with a minus.
 
+use super::camera;
+pub(crate) use super::values::{number, path, signed, text, valued, word};
 use crate::picture::FileFormat;
 use crate::terminal::{Loading, keep_stdout_for_a_file};
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
@@ -12,7 +14,7 @@ use hbao::context::Backend;
 use hbao::image::{Outputs, exr, metadata, png};
 use hbao::scene::{CORNELL_BOX, Camera, Lens, NAVE, NOTHING_IN_VIEW, Scene, View};
 use hbao::settings::{KNOBS, Kind, Knob, Method, MethodBlur, Radius, Settings};
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
@@ -34,6 +36,8 @@ pub(crate) struct Flags {
     pub(crate) size: (u32, u32),
     /// The parts of the camera that flags set. The scene's own camera supplies the rest.
     pub(crate) view: View,
+    /// Notices about the flags of the camera.
+    pub(crate) notices: Vec<String>,
     /// The name of the scene's camera to look through.
     camera: Option<String>,
     /// Which library creates the OpenGL context.
@@ -57,22 +61,6 @@ pub(crate) struct Opened {
     pub(crate) notices: Vec<String>,
     /// Whether the notices say that nothing is in view.
     pub(crate) empty: bool,
-}
-
-/// Opens a scene, and shows how far it has been read if that takes long.
-pub(crate) fn open_scene(scene: &OsStr) -> Result<Scene, Error> {
-    let loading = Loading::new();
-    Scene::open_with(scene, &|done, total| loading.show(done, total))
-}
-
-/// Makes a flag that takes a value.
-pub(crate) fn valued(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
-    Arg::new(name).long(name).value_name(value).allow_negative_numbers(true).help(help.into())
-}
-
-/// Makes a flag whose value may begin with a minus even if it is more than a number: `-1,2,3`, `-1%`.
-pub(crate) fn signed(name: &'static str, value: &'static str, help: impl Into<String>) -> Arg {
-    valued(name, value, help).allow_hyphen_values(true)
 }
 
 /// Returns the path that a flag gives, if the flag was given. The path must have the extension `wanted`, or be `-` for
@@ -121,63 +109,15 @@ pub(crate) fn read_runs(matches: &ArgMatches, default: usize) -> Result<usize, E
     runs.ok_or_else(|| Error::Usage(format!("--runs: '{text}' is not a whole number from 1 to 1000")))
 }
 
-/// Makes a flag that takes a path.
-pub(crate) fn path(name: &'static str, value: &'static str, help: &'static str) -> Arg {
-    Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help)
-}
-
 /// Makes the shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
-    let scene = format!("An OBJ, PLY, STL, glTF or GLB file, or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
+    let scene = format!("A model (OBJ, PLY, STL, glTF, GLB), or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
     let scene = Arg::new("scene").value_name("SCENE").value_parser(value_parser!(OsString)).help(scene);
     let mut all = vec![scene, size_argument()];
-    all.extend(
-        [
-            valued("camera", "NAME", "The camera of a glTF file that renders the image; the flags below override it"),
-            signed("eye", "X,Y,Z", "Camera position [default: the scene's own, or one that frames the whole scene]"),
-            signed("target", "X,Y,Z", "Point that the camera looks at [default: the scene's own, or its centre]"),
-            signed("up", "X,Y,Z", "Direction that points up in the image [default: the scene's own, or 0,1,0]"),
-        ]
-        .into_iter()
-        .chain(lens_arguments("1 to 175; default: the scene's own, or 45"))
-        .chain([
-            valued("near", "Z", "Smallest visible depth [default: chosen so that nothing is clipped]"),
-            valued("far", "Z", "Largest visible depth [default: chosen so that nothing is clipped]"),
-        ])
-        .map(|arg| arg.help_heading("Camera")),
-    );
+    all.extend(camera::arguments());
     all.extend(knob_arguments());
     all.push(backend_argument());
     all
-}
-
-/// Makes the flags that say how much a camera's image shows. `angles` says which fields of view are accepted.
-pub(crate) fn lens_arguments(angles: &str) -> [Arg; 4] {
-    [
-        valued("fov-y", "DEG", format!("Vertical field of view of a perspective camera [{angles}]"))
-            .conflicts_with_all(["ortho", "frustum", "ortho-frustum"]),
-        valued("ortho", "HEIGHT", "Height of the view of an orthographic camera, in scene units")
-            .conflicts_with_all(["frustum", "ortho-frustum"]),
-        signed(
-            "frustum",
-            "L,R,B,T",
-            "Left, right, bottom and top edge of a perspective camera's image at depth 1, in place of --fov-y",
-        )
-        .conflicts_with("ortho-frustum"),
-        signed(
-            "ortho-frustum",
-            "L,R,B,T",
-            "Left, right, bottom and top edge of an orthographic camera's image, in scene units, in place of --ortho",
-        ),
-    ]
-}
-
-/// Reads the values of [`lens_arguments`], which exclude each other.
-pub(crate) fn read_lens(matches: &ArgMatches) -> Result<Option<Lens>, Error> {
-    let lens = number(matches, "fov-y")?.map(|degrees| Lens::FovY(degrees.to_radians()));
-    let lens = lens.or(number(matches, "ortho")?.map(Lens::Height));
-    let lens = lens.or(extents(matches, "frustum")?.map(Lens::Frustum));
-    Ok(lens.or(extents(matches, "ortho-frustum")?.map(Lens::OrthoFrustum)))
 }
 
 /// Makes the flags of all settings, and that of the settings file.
@@ -275,19 +215,13 @@ fn knob_argument(knob: &'static Knob) -> Arg {
 impl Flags {
     /// Reads and checks all shared flags. The settings file is the only file that it opens.
     pub(crate) fn read(matches: &ArgMatches) -> Result<Flags, Error> {
-        let view = View {
-            eye: point(matches, "eye")?,
-            target: point(matches, "target")?,
-            up: point(matches, "up")?,
-            lens: read_lens(matches)?,
-            near: number(matches, "near")?,
-            far: number(matches, "far")?,
-        };
-        view.check()?;
+        let size = read_size(matches)?;
+        let (view, notices) = camera::read(matches, size)?;
         let flags = Flags {
             scene: matches.get_one("scene").cloned().unwrap_or_else(|| CORNELL_BOX.into()),
-            size: read_size(matches)?,
+            size,
             view,
+            notices,
             camera: text(matches, "camera").map(String::from),
             backend: read_backend(matches)?,
             knobs: KnobFlags::read(matches)?,
@@ -299,7 +233,18 @@ impl Flags {
     /// Opens the scene, and takes the scene's own values for the camera and the settings that neither flags nor the
     /// settings file give.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
-        let mut scene = open_scene(&self.scene)?;
+        let (scene, settings) = self.open_scene()?;
+        let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
+        let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
+        let notices = [self.notices.as_slice(), &scene.notices, &of_camera].concat();
+        Ok(Opened { scene, settings, camera, notices, empty })
+    }
+
+    /// Opens the scene, and returns it with the settings. The radius may still be a percentage of the scene's size.
+    pub(crate) fn open_scene(&self) -> Result<(Scene, Settings), Error> {
+        let loading = Loading::new();
+        let mut scene = Scene::open_with(&self.scene, &|done, total| loading.show(done, total))?;
+        drop(loading);
         if let Some(name) = &self.camera {
             scene.view = scene.camera(name)?.clone();
         }
@@ -311,14 +256,16 @@ impl Flags {
                 "all its points coincide, so a radius in percent of its size would be 0: give --radius in scene units";
             return Err(Error::Input { path: self.scene.clone().into(), what: what.into() });
         }
-        let (camera, of_camera) = self.view.or(&scene.view).camera(&scene.mesh, self.size.0, self.size.1)?;
-        let empty = of_camera.iter().any(|notice| notice.contains(NOTHING_IN_VIEW));
-        let notices = [scene.notices.as_slice(), &of_camera].concat();
-        Ok(Opened { scene, settings, camera, notices, empty })
+        Ok((scene, settings))
     }
 
     /// Returns the scene, the size and the camera in the form in which they are stored in the metadata of images.
     pub(crate) fn seen(&self, camera: &Camera) -> toml::Table {
+        self.seen_through(camera, self.view.lens)
+    }
+
+    /// The same for a camera whose lens is not that of the flags.
+    pub(crate) fn seen_through(&self, camera: &Camera, lens: Option<Lens>) -> toml::Table {
         let numbers = |v: DVec3| toml::Value::from(v.to_array().to_vec());
         let mut render = toml::Table::new();
         let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
@@ -335,7 +282,7 @@ impl Flags {
         // Extents that are those of a field of view or a height are written as these, so that the file is the same.
         let symmetric = camera.projection.middle_at(1.0) == [0.0; 2]
             && half_width == half_height * (f64::from(self.size.0) / f64::from(self.size.1));
-        match self.view.lens {
+        match lens {
             Some(Lens::Frustum(edges)) if !symmetric => put("frustum", edges.to_vec().into()),
             Some(Lens::OrthoFrustum(edges)) if !symmetric => put("ortho-frustum", edges.to_vec().into()),
             _ if camera.projection.is_perspective() => {
@@ -411,43 +358,6 @@ pub(crate) fn with_origin(settings: &Settings, render: toml::Table) -> String {
 /// degrees, it is 49.99999999999999.
 fn typed(degrees: f64) -> f64 {
     (degrees * 1e10).round() / 1e10
-}
-
-/// Returns the value whose name is the text of a flag, from a list of names and values.
-pub(crate) fn word<T: Copy>(flag: &str, text: &str, names: &[(&str, T)]) -> Result<T, Error> {
-    let found = names.iter().find(|(name, _)| *name == text);
-    found.map(|&(_, value)| value).ok_or_else(|| {
-        let names: Vec<_> = names.iter().map(|&(name, _)| name).collect();
-        Error::Usage(format!("--{flag}: '{text}' is not one of {}", names.join(", ")))
-    })
-}
-
-/// Returns the text of a flag's value, if the flag was given.
-pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
-    matches.get_one::<String>(name).map(String::as_str)
-}
-
-/// Returns the number that a flag gives, if the flag was given.
-pub(crate) fn number(matches: &ArgMatches, name: &str) -> Result<Option<f64>, Error> {
-    let Some(text) = text(matches, name) else { return Ok(None) };
-    text.trim().parse().map(Some).map_err(|_| Error::Usage(format!("--{name}: '{text}' is not a number")))
-}
-
-/// Returns the N numbers of a flag's value, which are separated by commas. `form` says in a message what they are.
-pub(crate) fn numbers<const N: usize>(matches: &ArgMatches, name: &str, form: &str) -> Result<Option<[f64; N]>, Error> {
-    let Some(text) = text(matches, name) else { return Ok(None) };
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-    numbers.map(Some).ok_or_else(|| Error::Usage(format!("--{name}: '{text}' is not {form}")))
-}
-
-fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
-    let point = numbers(matches, name, "X,Y,Z, three numbers separated by commas, such as 0,1.5,-3")?;
-    Ok(point.map(DVec3::from_array))
-}
-
-fn extents(matches: &ArgMatches, name: &str) -> Result<Option<[f64; 4]>, Error> {
-    numbers(matches, name, "L,R,B,T, four numbers separated by commas, such as -0.4,0.6,-0.3,0.3")
 }
 
 fn size(text: &str) -> Result<(u32, u32), Error> {

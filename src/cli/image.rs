@@ -6,6 +6,7 @@ mod depth;
 mod findings;
 mod normals;
 
+use super::camera::read_matrix;
 use super::flags::{self, KnobFlags};
 use super::session::{open_context, timings};
 use super::unmeant;
@@ -326,8 +327,8 @@ fn origin(
         }
     }
     for flag in ["view-matrix", "projection"] {
-        if let Ok(Some(columns)) = camera::read_matrix(matches, flag) {
-            let rows: [f64; 16] = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4].into());
+        if let Ok(Some(columns)) = read_matrix(matches, flag) {
+            let rows: [f64; 16] = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);
             put(flag, rows.to_vec().into());
         }
     }

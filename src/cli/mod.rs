@@ -3,6 +3,7 @@
 //! Nothing here panics on the contents of a flag or a file: each error becomes one line on stderr and an exit code.
 
 mod bench;
+mod camera;
 mod compare;
 mod completions;
 mod flags;
@@ -10,7 +11,9 @@ mod folder;
 mod image;
 mod info;
 mod paper;
+mod poster;
 mod render;
+mod sequence;
 mod session;
 mod tile;
 mod trade;
@@ -18,6 +21,7 @@ mod truth;
 mod tune;
 mod unmeant;
 mod usage;
+mod values;
 mod view;
 
 use crate::terminal::{be_quiet, print};
@@ -58,6 +62,7 @@ pub(crate) fn run(arguments: impl Iterator<Item = OsString>) -> Result<(), Error
         Some(("paper", matches)) => paper::run(matches),
         Some(("compare", matches)) => compare::run(matches),
         Some(("image", matches)) => image::run(matches),
+        Some(("sequence", matches)) => sequence::run(matches),
         Some(("view", matches)) => view::run(matches),
         Some(("info", _)) => info::run(),
         Some(("completions", matches)) => completions::run(matches, command()),
@@ -87,6 +92,7 @@ fn command() -> Command {
         .subcommand(paper::command())
         .subcommand(compare::command())
         .subcommand(image::command())
+        .subcommand(sequence::command())
         .subcommand(view::command())
         .subcommand(info::command())
         .subcommand(completions::command())

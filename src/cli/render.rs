@@ -2,20 +2,20 @@
 
 use super::flags::{self, Flags, Opened};
 use super::folder::MadeFolder;
+use super::poster::{self, Poster};
 use super::session::{open_context, samples_given, timings};
 use super::tile::{self, Region, Tile};
 use super::unmeant;
-use crate::picture::{self, FileFormat, ImageKind};
+use crate::picture::{self, FileFormat, ImageKind, Kept};
 use crate::terminal::say;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use hbao::context::Context;
 use hbao::image::Outputs;
-use hbao::measure::Reach;
 use hbao::settings::Settings;
-use hbao::{Apply, Error, Pipeline, Request};
+use hbao::{Apply, Error, Pipeline, Request, size_limit};
 use std::path::PathBuf;
 
-const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
+pub(super) const APPLY: [(&str, Apply); 2] = [("all", Apply::All), ("ambient", Apply::Ambient)];
 
 const EXPLANATION: &str = "\
 Each image also holds the settings that it was made with, and the name of the scene's file without its folder: a PNG in
@@ -27,6 +27,7 @@ Examples:
   hbao render -o left.png --eye -200,300,-600 --target 278,273,280 --fov-y 50
   hbao render -o plan.png --eye 278,1000,280 --target 278,0,280 --up 0,0,1 --ortho 600 --near 500 --radius 400
   hbao render -o final.png --dump images --timings times.json
+  hbao render -o poster.png --size 30000x20000 --radius 40 --blur 0
   hbao render -o poster-1-0.png --size 30000x20000 --tile 1/4,0/3
   hbao render -o - > cornell.png";
 
@@ -48,6 +49,7 @@ pub(crate) fn command() -> Command {
         .args(outputs.map(|arg| arg.help_heading("Output")))
         .args(flags::arguments())
         .arg(tile::argument().help_heading("Camera"))
+        .arg(poster::argument().help_heading("Output"))
         .after_help(format!("The images of --show:\n{}\n{EXPLANATION}", images_in_words()))
 }
 
@@ -128,6 +130,25 @@ impl Wanted {
         Some(settings.idle(flag).map_or_else(|| format!("with --show {}", self.shown), |idle| idle.to_string()))
     }
 
+    /// Refuses what cannot be written in tiles.
+    fn check_poster(&self, reason: &str) -> Result<(), Error> {
+        let refuse = |what: &str| {
+            Err(Error::Usage(format!(
+                "{reason}, so the image is rendered in tiles, and {what}: render its parts by --tile instead"
+            )))
+        };
+        if self.format == FileFormat::Exr {
+            return refuse("an EXR is written in one piece");
+        }
+        if self.shown == "depth" {
+            return refuse("the greys of a PNG of depth depend on the whole image");
+        }
+        if self.dump.is_some() || self.timings.is_some() {
+            return refuse("--dump and --timings are of an image in one piece");
+        }
+        Ok(())
+    }
+
     /// Returns the settings to render with. The blur is turned off if no written image needs it.
     fn needed(&self, settings: Settings) -> Settings {
         let blur = if self.images().all(ImageKind::is_unblurred) { 0 } else { settings.blur };
@@ -174,26 +195,52 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     idle.chain(told.iter().cloned()).for_each(|notice| say(&notice));
 
     let resolved = wanted.needed(settings.resolved(scene.mesh.diagonal()));
+    let side = poster::read(matches)?;
+    let ((width, height), limit) = (flags.size, size_limit(context.gl()));
+    if tile.is_none() && (side.is_some() || width.max(height) > limit) {
+        wanted.check_poster(&match side {
+            Some(side) => format!("--tile-size {side} is given"),
+            None => format!("--size {width}x{height} is above {limit}x{limit}, which this driver takes"),
+        })?;
+        // Its size does not matter: it gets that of each tile.
+        let mut pipeline = Pipeline::new(context.gl(), (8, 8), &resolved, wanted.request())?;
+        tell(&pipeline, settings);
+        let origin = origin(settings, flags.seen(camera), wanted.apply, context, pipeline.samples());
+        let text = flags::stored_text(matches, &origin);
+        let (request, show) = (wanted.request(), wanted.show);
+        let pipeline = &mut pipeline;
+        return Poster { context, flags: &flags, opened: &opened, settings: &resolved, request, show, side, pipeline }
+            .write(&wanted.output, &text);
+    }
     let region = match &tile {
         Some(tile) => tile.region(context.gl(), &scene.mesh, camera, &resolved, wanted.request())?,
         None => Region { size: flags.size, camera: *camera, kept: None },
     };
     let mut pipeline = Pipeline::new(context.gl(), region.size, &resolved, wanted.request())?;
-    pipeline.notices().iter().for_each(|notice| say(notice));
-    samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
+    pipeline.restrict(region.kept.as_ref().map(Kept::part));
+    tell(&pipeline, settings);
     let mut times = pipeline.render(&scene.mesh, &region.camera)?;
     if wanted.timings.is_some() {
         // Drivers compile shaders in the first frame, and compiling is not part of a pass's time.
         times = pipeline.render(&scene.mesh, &region.camera)?;
     }
 
-    notice(&pipeline, &flags, &opened, &resolved, &region)?.iter().for_each(|notice| say(notice));
+    let (depth, kept) = (pipeline.depth()?, region.kept.as_ref());
+    let nothing = || match kept {
+        Some(_) => Some("no surface lies in this tile".into()),
+        None => (!opened.empty).then(|| unmeant::empty(&flags, &scene.mesh, camera)),
+    };
+    let unmeant = unmeant::of(&pipeline, &depth, region.camera.projection, &resolved, kept, nothing)?;
+    unmeant.iter().for_each(|notice| say(notice));
+    if std::ptr::eq(wanted.show, &raw const picture::EXITS) && !resolved.method.reads("exit") {
+        say(&format!("{} {}: --show exits shows visibility alone", resolved.method.name(), picture::NEVER_EXITS));
+    }
 
     let mut render = flags.seen(camera);
     if let Some(tile) = &tile {
-        render.insert("tile".into(), tile.given().into());
+        render.insert("tile".into(), tile.value().into());
     }
-    let origin = origin(settings, render, &wanted, context, pipeline.samples());
+    let origin = origin(settings, render, wanted.apply, context, pipeline.samples());
     let text = flags::stored_text(matches, &origin);
     // All images are encoded before the first file is written, so that an interrupt is unlikely to leave only some of
     // the files.
@@ -222,40 +269,24 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the notice about a picture without surfaces, or about visibility of 1 that the user hardly meant.
-fn notice(
-    pipeline: &Pipeline,
-    flags: &Flags,
-    opened: &Opened,
-    settings: &Settings,
-    region: &Region,
-) -> Result<Option<String>, Error> {
-    let Opened { scene, camera, empty, .. } = opened;
-    let depth = pipeline.depth()?;
-    if let Some(kept) = &region.kept {
-        if !kept.of(&depth).texels.iter().any(|z| z.is_finite()) {
-            return Ok(Some("no surface lies in this tile".into()));
-        }
-    } else if !depth.texels.iter().any(|z| z.is_finite()) {
-        return Ok((!empty).then(|| unmeant::empty(flags, &scene.mesh, camera)));
-    }
-    if !pipeline.makes_ao() || !settings.method.computes() {
-        return Ok(None);
-    }
-    let radius = unmeant::radius(settings, "--radius or --size", |settings| {
-        Reach::of(&depth, region.camera.projection, settings)
-    })?;
-    let visibility = pipeline.ao()?;
-    let visibility = region.kept.as_ref().map_or_else(|| visibility.clone(), |kept| kept.of(&visibility));
-    Ok(radius.or(unmeant::open(&visibility, settings, settings.method.reads("radius"))))
+/// Reports what the driver gives in place of what the settings ask for.
+fn tell(pipeline: &Pipeline, settings: &Settings) {
+    pipeline.notices().iter().for_each(|notice| say(notice));
+    samples_given(settings.msaa, pipeline.samples()).iter().for_each(|notice| say(notice));
 }
 
 /// Returns the metadata of an image: the text of a settings file, followed by the table `render` with everything else
 /// that determines the image, which [`Settings::read_toml`] skips. The backend is left out. A driver renders the same
 /// image by EGL and by OSMesa, and without the backend the two files are equal to the byte.
-fn origin(settings: &Settings, mut render: toml::Table, wanted: &Wanted, context: &Context, samples: u32) -> String {
+pub(super) fn origin(
+    settings: &Settings,
+    mut render: toml::Table,
+    apply: Apply,
+    context: &Context,
+    samples: u32,
+) -> String {
     let mut put = |key: &str, value: toml::Value| render.insert(key.into(), value);
-    let apply = APPLY.iter().find(|&&(_, apply)| apply == wanted.apply).map_or("", |&(name, _)| name);
+    let apply = APPLY.iter().find(|&&(_, one)| one == apply).map_or("", |&(name, _)| name);
     put("apply", apply.into());
     put("samples", i64::from(samples).into());
     put("renderer", context.renderer().into());

@@ -28,7 +28,7 @@ struct Window {
 
 /// A tile of a picture.
 pub(crate) struct Tile {
-    /// The value of the flag.
+    /// The flag and its value.
     given: String,
     /// Width and height of the picture in pixels.
     picture: (u32, u32),
@@ -65,12 +65,7 @@ impl Tile {
         let Some([column, row]) = shares else {
             return refuse("is not X/N,Y/M, a column and a row of the image such as 0/4,2/3".into());
         };
-        if picture.0.max(picture.1) > LARGEST {
-            let (width, height) = picture;
-            return Err(Error::Usage(format!(
-                "--size {width}x{height}: with --tile an image may have up to {LARGEST}x{LARGEST} pixels"
-            )));
-        }
+        check_size(picture)?;
         // The first pixel of each share, and the first after it.
         let mut ranges = [[0; 2]; 2];
         for (range, ([index, count], side, name)) in
@@ -90,7 +85,14 @@ impl Tile {
         }
         let [[left, right], [top, below]] = ranges;
         let window = Window { left, bottom: picture.1 - below, width: right - left, height: below - top };
-        Ok(Some(Tile { given: given.into(), picture, window }))
+        Ok(Some(Tile { given: format!("--tile {given}"), picture, window }))
+    }
+
+    /// Returns the tile of a picture with this lower left pixel and this size. `given` names in a message what asked
+    /// for it.
+    pub(crate) fn at(picture: (u32, u32), corner: (u32, u32), size: (u32, u32), given: &str) -> Tile {
+        let window = Window { left: corner.0, bottom: corner.1, width: size.0, height: size.1 };
+        Tile { given: given.into(), picture, window }
     }
 
     /// Refuses a method of which no tile can be rendered.
@@ -134,8 +136,8 @@ impl Tile {
         let limit = size_limit(gl);
         if size.0.max(size.1) > limit {
             return Err(Error::Usage(format!(
-                "--tile {}: with the surroundings that its ambient occlusion depends on it has {}x{} pixels, and this driver \
-                 takes up to {limit}x{limit}: give a smaller tile, by larger numbers after the slashes, or a smaller --radius",
+                "{}: with the surroundings that its ambient occlusion depends on a tile has {}x{} pixels, and this driver takes \
+                 up to {limit}x{limit}: give smaller tiles or a smaller --radius",
                 self.given, size.0, size.1
             )));
         }
@@ -148,9 +150,19 @@ impl Tile {
     }
 
     /// Returns the value of the flag.
-    pub(crate) fn given(&self) -> &str {
-        &self.given
+    pub(crate) fn value(&self) -> &str {
+        self.given.trim_start_matches("--tile ")
     }
+}
+
+/// Refuses a size above that of the largest picture that is rendered in tiles.
+pub(crate) fn check_size((width, height): (u32, u32)) -> Result<(), Error> {
+    if width.max(height) > LARGEST {
+        return Err(Error::Usage(format!(
+            "--size {width}x{height}: an image may have up to {LARGEST}x{LARGEST} pixels, rendered in tiles"
+        )));
+    }
+    Ok(())
 }
 
 fn prefixed(error: Error) -> Error {

@@ -2,20 +2,45 @@
 //! not fit the picture. Each is one line that says what happened, why, and what to type.
 
 use super::flags::Flags;
+use crate::picture::Kept;
 use crate::report::tables::cells::percent;
 use glam::DVec3;
-use hbao::Error;
 use hbao::image::Image;
 use hbao::measure::Reach;
 use hbao::reference::gbuffer::gbuffer;
 use hbao::scene::{Camera, Lens, Mesh, NOTHING_IN_VIEW, View};
 use hbao::settings::{Exit, Normals, Radius, Settings};
+use hbao::{Error, Pipeline, Projection};
 
 /// The largest share of a picture's surface at which something may be wrong without a notice.
 const UNNOTICED: f64 = 0.05;
 
 /// The width and height of the picture in which what the planes clip is looked for.
 const LOOKED_FOR: (usize, usize) = (160, 120);
+
+/// Returns the notice about a picture without surfaces, or about visibility of 1 that the user hardly meant. `depth` is
+/// the picture's, and `kept` the part of it that is written, if that is not all of it. `nothing` says that no pixel
+/// holds a surface.
+pub(crate) fn of(
+    pipeline: &Pipeline,
+    depth: &Image<f32>,
+    projection: Projection,
+    settings: &Settings,
+    kept: Option<&Kept>,
+    nothing: impl FnOnce() -> Option<String>,
+) -> Result<Option<String>, Error> {
+    let covered = |depth: &Image<f32>| depth.texels.iter().any(|z| z.is_finite());
+    if !kept.map_or_else(|| covered(depth), |kept| covered(&kept.of(depth))) {
+        return Ok(nothing());
+    }
+    if !pipeline.makes_ao() || !settings.method.computes() {
+        return Ok(None);
+    }
+    let radius = radius(settings, "--radius or --size", |settings| Reach::of(depth, projection, settings))?;
+    let visibility = pipeline.ao()?;
+    let visibility = kept.map_or_else(|| visibility.clone(), |kept| kept.of(&visibility));
+    Ok(radius.or(open(&visibility, settings, settings.method.reads("radius"))))
+}
 
 /// Says why no pixel of a picture holds a surface, and what to do about it.
 pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {

@@ -6,7 +6,9 @@ use hbao::Error;
 
 const EXPLANATION: &str = "\
 The window has a panel with every setting, and shows the images of --show, one of two sets of settings or both. ? lists
-its keys. Whatever it shows can be saved, and the command that renders the same image can be copied.
+its keys. Whatever it shows can be saved, and the command that renders the same image can be copied. It traces the truth
+of the view, as hbao truth does, and measures each side against it while it becomes more exact (key G). A pixel that is
+clicked is taken apart into its samples (key X). A model is read again when its file or its materials change.
 
 Examples:
   hbao view

@@ -10,6 +10,8 @@ use std::sync::Arc;
 pub(crate) struct Renderbuffer {
     gl: Arc<glow::Context>,
     id: glow::Renderbuffer,
+    /// The bytes of one sample of every pixel. All formats of depth and stencil that are used have 4 bytes.
+    pub(crate) bytes_per_sample: u64,
 }
 
 impl Renderbuffer {
@@ -25,7 +27,8 @@ impl Renderbuffer {
         // SAFETY: the context is current.
         unsafe {
             let id = gl.create_renderbuffer().map_err(|_| not_made(gl, place))?;
-            let buffer = Renderbuffer { gl: gl.clone(), id };
+            let bytes_per_sample = 4 * u64::from(width) * u64::from(height);
+            let buffer = Renderbuffer { gl: gl.clone(), id, bytes_per_sample };
             gl.bind_renderbuffer(glow::RENDERBUFFER, Some(id));
             let (width, height) = (width as i32, height as i32);
             gl.renderbuffer_storage_multisample(glow::RENDERBUFFER, samples as i32, format, width, height);

@@ -51,6 +51,17 @@ impl Format {
         }
     }
 
+    /// Returns the bytes of a texel.
+    pub(crate) fn bytes(self) -> u64 {
+        match self {
+            Format::R8 => 1,
+            Format::R16f => 2,
+            Format::R32f | Format::Rgba8 | Format::Rgba8Snorm => 4,
+            Format::Rgba16f => 8,
+            Format::Rgba32f => 16,
+        }
+    }
+
     /// Components per texel: 1 or 4.
     pub(crate) fn channels(self) -> usize {
         match self {
@@ -135,6 +146,11 @@ impl Texture {
             check(gl, place)?;
             Ok(texture)
         }
+    }
+
+    /// Returns the bytes of its texels.
+    pub(crate) fn bytes(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height) * self.format.bytes()
     }
 
     /// Reads all texels back as the floats that a shader would see, the bottom row first.
@@ -227,6 +243,8 @@ impl Drop for DefaultPacking<'_> {
 pub(crate) struct MultisampleTexture {
     gl: Arc<glow::Context>,
     pub(crate) id: glow::Texture,
+    /// The bytes of one sample of every pixel.
+    pub(crate) bytes_per_sample: u64,
 }
 
 impl MultisampleTexture {
@@ -240,11 +258,12 @@ impl MultisampleTexture {
         (width, height): (u32, u32),
         samples: u32,
     ) -> Result<MultisampleTexture, Error> {
+        let bytes_per_sample = u64::from(width) * u64::from(height) * format.bytes();
         let (internal, width, height) = (format.gl().0 as i32, width as i32, height as i32);
         // SAFETY: the context is current.
         unsafe {
             let id = gl.create_texture().map_err(|_| not_made(gl, place))?;
-            let texture = MultisampleTexture { gl: gl.clone(), id };
+            let texture = MultisampleTexture { gl: gl.clone(), id, bytes_per_sample };
             gl.bind_texture(glow::TEXTURE_2D_MULTISAMPLE, Some(id));
             gl.tex_image_2d_multisample(glow::TEXTURE_2D_MULTISAMPLE, samples as i32, internal, width, height, true);
             check(gl, place)?;

@@ -1,7 +1,7 @@
 //! Writes several files at once, each either completely or not at all.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf, is_separator};
 
 use tempfile::TempPath;
@@ -101,6 +101,19 @@ impl Outputs {
     /// [`Error::Output`] if `path` cannot be written, or if an earlier call staged a file for the same path.
     pub fn stage(&mut self, path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), Error> {
         let path = path.as_ref();
+        self.stage_by(path, |to| to.write_all(bytes).map_err(|e| Error::output(path, e)))
+    }
+
+    /// Lets `write` write the bytes, piece by piece, so that a large file need not fit into memory.
+    ///
+    /// # Errors
+    /// The same as for [`Outputs::stage`], and what `write` returns.
+    pub fn stage_by(
+        &mut self,
+        path: impl AsRef<Path>,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let path = path.as_ref();
         let target = match destination(path).map_err(|what| Error::output(path, what))? {
             Destination::File(target) => target,
             Destination::Stream => {
@@ -108,7 +121,9 @@ impl Outputs {
                 if taken && Outputs::is_standard_output(path) {
                     return Err(Error::output("standard output", TWICE));
                 }
-                self.streams.push(StagedStream { path: path.into(), bytes: bytes.into() });
+                let mut bytes = Vec::new();
+                write(&mut bytes)?;
+                self.streams.push(StagedStream { path: path.into(), bytes });
                 return Ok(());
             }
         };
@@ -123,7 +138,10 @@ impl Outputs {
             .suffix(".tmp")
             .make_in(folder, |name| File::create_new(name))
             .map_err(|e| Error::output(path, format!("no file can be created in {}: {e}", folder.display())))?;
-        file.as_file_mut().write_all(bytes).map_err(|e| Error::output(path, e))?;
+        let mut buffered = BufWriter::new(file.as_file_mut());
+        write(&mut buffered)?;
+        buffered.flush().map_err(|e| Error::output(path, e))?;
+        drop(buffered);
         self.files.push(StagedFile { path: path.into(), temporary: file.into_temp_path(), target });
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Write};
 use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Reader, Transformations};
@@ -32,24 +32,58 @@ pub fn encode<T: Texel<Component = u8>>(image: &Image<T>, text: &[(&str, &str)])
 
     let write = || -> Result<Vec<u8>, EncodingError> {
         let mut bytes = Vec::new();
-        let mut encoder = Encoder::new(&mut bytes, width, height);
-        encoder.set_color(color::<T>());
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::Balanced);
-        for &(keyword, text) in text {
-            // Every reader supports tEXt, but its text is Latin-1. The text of iTXt is UTF-8.
-            if text.is_ascii() {
-                encoder.add_text_chunk(keyword.into(), text.into())?;
-            } else {
-                encoder.add_itxt_chunk(keyword.into(), text.into())?;
-            }
-        }
-        let mut writer = encoder.write_header()?;
+        let mut writer = encoder(&mut bytes, (width, height), color::<T>(), text)?.write_header()?;
         writer.write_image_data(&rows)?;
         writer.finish()?;
         Ok(bytes)
     };
     write().map_err(|e| refused(e.to_string()))
+}
+
+/// Encodes an image row by row, so that it need not fit into memory, and writes the file to `to` meanwhile. The image
+/// has `size` (width, height) texels of 8-bit components: 1 for grey, 3 for RGB. `rows` writes the bytes of all rows,
+/// from the top. `text` is stored as by [`encode`]. `path` names the file in errors.
+///
+/// # Errors
+/// [`Error::Output`] for what `to` reports, for missing rows, an empty size, and a keyword that is not allowed. Also
+/// what `rows` returns.
+pub fn encode_rows(
+    path: &Path,
+    to: &mut dyn Write,
+    size: (u32, u32),
+    components: usize,
+    text: &[(&str, &str)],
+    rows: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let failed = |e: EncodingError| Error::output(path, e);
+    let color = if components == 1 { ColorType::Grayscale } else { ColorType::Rgb };
+    let mut writer = encoder(to, size, color, text).and_then(Encoder::write_header).map_err(failed)?;
+    let mut stream = writer.stream_writer().map_err(failed)?;
+    rows(&mut stream)?;
+    stream.finish().map_err(failed)?;
+    writer.finish().map_err(failed)
+}
+
+/// Prepares a file of 8-bit texels of a colour type, with text.
+fn encoder<'t, W: Write>(
+    to: W,
+    (width, height): (u32, u32),
+    color: ColorType,
+    text: &[(&str, &str)],
+) -> Result<Encoder<'t, W>, EncodingError> {
+    let mut encoder = Encoder::new(to, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Balanced);
+    for &(keyword, text) in text {
+        // Every reader supports tEXt, but its text is Latin-1. The text of iTXt is UTF-8.
+        if text.is_ascii() {
+            encoder.add_text_chunk(keyword.into(), text.into())?;
+        } else {
+            encoder.add_itxt_chunk(keyword.into(), text.into())?;
+        }
+    }
+    Ok(encoder)
 }
 
 /// Reads a PNG file with 8 bits per component. A grey image is read as `u8`, and an RGB image as `[u8; 3]`.

@@ -1,6 +1,7 @@
 //! Renders the G-buffer (ShaderX7 6.2, Input buffers): the linear depth, the normals and, if an image needs it, the
 //! colour of the triangles, in one pass.
 
+use super::skin::{Needs, Skins};
 use super::{Grid, RAY};
 use crate::Error;
 use crate::gl::{Defines, Program, check, not_made, source};
@@ -28,6 +29,7 @@ pub(crate) struct GBufferVariant {
     pub(crate) biased: bool,
     /// True if colour is drawn too.
     pub(crate) colour: bool,
+    pub(crate) needs: Needs,
 }
 
 pub(crate) struct GBuffer {
@@ -42,7 +44,10 @@ pub(crate) struct Triangles {
     vertices: glow::VertexArray,
     buffers: Vec<glow::Buffer>,
     slices: Vec<Slice>,
+    skins: Skins,
     camera: Camera,
+    /// The bytes of all buffers.
+    pub(crate) bytes: u64,
 }
 
 /// A slice of depth, and the triangles that reach into it.
@@ -51,8 +56,9 @@ struct Slice {
     planes: [f64; 2],
     /// The triangles as indices, each three of the type u32.
     indices: glow::Buffer,
-    /// The colours, and for each of them a range of triangles in `indices`. No range is empty.
-    groups: Vec<([f32; 3], Range<usize>)>,
+    /// The number and the colour of each of the mesh's groups in the slice, and its range of triangles in `indices`. No
+    /// range is empty.
+    groups: Vec<(usize, [f32; 3], Range<usize>)>,
 }
 
 impl GBuffer {
@@ -61,7 +67,10 @@ impl GBuffer {
             .word("NORMALS", variant.normals.name())
             .flag("ORTHOGRAPHIC", variant.orthographic)
             .flag("NORMALS_BIASED", variant.biased)
-            .flag("COLOUR", variant.colour);
+            .flag("COLOUR", variant.colour)
+            .flag("TEXTURED", variant.needs.textured)
+            .flag("CUT", variant.needs.cut)
+            .flag("VERTEX_COLOURS", variant.needs.vertex_colours);
         let program = Program::new(gl, &defines, source!("gbuffer.vert"), &[RAY, source!("gbuffer.frag")])?;
         Ok(GBuffer { gl: gl.clone(), program, variant })
     }
@@ -80,8 +89,17 @@ impl GBuffer {
         let gl = &self.gl;
         // SAFETY: the context is current.
         let vertices = unsafe { gl.create_vertex_array() }.map_err(|_| not_made(gl, TRIANGLES))?;
-        let mut triangles =
-            Triangles { gl: gl.clone(), vertices, buffers: Vec::new(), slices: Vec::new(), camera: *camera };
+        let needs = self.variant.needs;
+        let skins = Skins::upload(gl, mesh, needs)?;
+        let mut triangles = Triangles {
+            gl: gl.clone(),
+            vertices,
+            buffers: Vec::new(),
+            slices: Vec::new(),
+            skins,
+            camera: *camera,
+            bytes: 0,
+        };
         // SAFETY: the context is current.
         unsafe { gl.bind_vertex_array(Some(vertices)) };
         let origin = origin(camera);
@@ -91,11 +109,19 @@ impl GBuffer {
             depths.push(p.z);
             (p - origin).as_vec3().to_array()
         }));
-        triangles.attribute(self.program.attribute("vertex_position"), &positions)?;
+        triangles.attribute(self.program.attribute("vertex_position"), 3, &positions)?;
         if self.variant.normals == Normals::Vertex {
             let vertex_normals = mesh.vertex_normals();
             let normals = bytes(vertex_normals.iter().map(|&n| camera.direction_to_eye(n).as_vec3().to_array()));
-            triangles.attribute(self.program.attribute("vertex_normal"), &normals)?;
+            triangles.attribute(self.program.attribute("vertex_normal"), 3, &normals)?;
+        }
+        if needs.textured || needs.cut {
+            let coordinates = bytes(mesh.coordinates().iter().map(|uv| uv.as_vec2().to_array()));
+            triangles.attribute(self.program.attribute("vertex_coordinates"), 2, &coordinates)?;
+        }
+        if needs.vertex_colours {
+            let colours = bytes(mesh.vertex_colours().iter().copied());
+            triangles.attribute(self.program.attribute("vertex_colour"), 3, &colours)?;
         }
         for planes in slices(camera) {
             triangles.slice(mesh, &depths, planes)?;
@@ -124,7 +150,8 @@ impl GBuffer {
                 program.mat4("projection", &matrix(camera, *near, *far));
                 gl.clear_buffer_f32_slice(glow::DEPTH, 0, &[1.0]);
                 gl.bind_buffer(glow::ELEMENT_ARRAY_BUFFER, Some(*indices));
-                for (colour, range) in groups {
+                for (group, colour, range) in groups {
+                    triangles.skins.bind(program, *group);
                     if self.variant.colour {
                         program.vec3("diffuse", *colour);
                     }
@@ -144,7 +171,7 @@ impl Triangles {
         let mut indices: Vec<u8> = Vec::with_capacity(12 * mesh.triangles.len());
         let mut groups = Vec::new();
         let mut count = 0;
-        for group in &mesh.groups {
+        for (number, group) in mesh.groups.iter().enumerate() {
             let start = count;
             for triangle in &mesh.triangles[group.triangles.clone()] {
                 if reaches(triangle.map(|i| depths[i as usize]), planes) {
@@ -153,7 +180,7 @@ impl Triangles {
                 }
             }
             if count > start {
-                groups.push((group.colour, start..count));
+                groups.push((number, group.colour, start..count));
             }
         }
         if !groups.is_empty() {
@@ -168,20 +195,22 @@ impl Triangles {
         unsafe {
             let buffer = self.gl.create_buffer().map_err(|_| not_made(&self.gl, TRIANGLES))?;
             self.buffers.push(buffer);
+            self.bytes += data.len() as u64;
             self.gl.bind_buffer(target, Some(buffer));
             self.gl.buffer_data_u8_slice(target, data, glow::STATIC_DRAW);
             Ok(buffer)
         }
     }
 
-    /// Uploads a vertex attribute of three floats. It is enabled if the shader reads it and so has a `location` for it.
-    fn attribute(&mut self, location: Option<u32>, data: &[u8]) -> Result<(), Error> {
+    /// Uploads a vertex attribute of `count` floats. It is enabled if the shader reads it, so that it has a
+    /// `location`.
+    fn attribute(&mut self, location: Option<u32>, count: i32, data: &[u8]) -> Result<(), Error> {
         self.buffer(glow::ARRAY_BUFFER, data)?;
         if let Some(location) = location {
             // SAFETY: the context is current, the vertex array and the buffer are bound.
             unsafe {
                 self.gl.enable_vertex_attrib_array(location);
-                self.gl.vertex_attrib_pointer_f32(location, 3, glow::FLOAT, false, 0, 0);
+                self.gl.vertex_attrib_pointer_f32(location, count, glow::FLOAT, false, 0, 0);
             }
         }
         Ok(())
@@ -198,7 +227,7 @@ impl Drop for Triangles {
     }
 }
 
-fn bytes(vectors: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
+fn bytes<const N: usize>(vectors: impl Iterator<Item = [f32; N]>) -> Vec<u8> {
     vectors.flatten().flat_map(|f| f.to_ne_bytes()).collect()
 }
 

@@ -122,6 +122,11 @@ pub(crate) struct MethodView {
 }
 
 impl MethodPass {
+    /// Returns the bytes of the rotation tile, if there is one.
+    pub(crate) fn tile_bytes(&self) -> u64 {
+        self.tile.as_ref().map_or(0, Texture::bytes)
+    }
+
     /// Compiles the method's shader, and uploads the rotation tile. Returns `None` for `none`, which has no shader.
     /// Changes the rectangle texture binding of the active unit.
     pub(crate) fn new(

@@ -18,6 +18,8 @@ pub(crate) mod probe;
 pub(crate) mod rebuilt_normals;
 #[cfg(feature = "render")]
 pub(crate) mod resolve;
+#[cfg(feature = "render")]
+pub(crate) mod skin;
 
 use crate::Error;
 use crate::gl::{Defines, Program, Source, Texture, check, not_made, source};

@@ -10,8 +10,9 @@ use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{GBuffer, GBufferVariant};
+use crate::pass::skin::Needs;
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
-use crate::projection::Hand;
+use crate::projection::{Hand, Projection};
 use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, Settings};
 use glow::HasContext;
@@ -63,8 +64,13 @@ pub struct Pipeline {
     composite: Option<FinalImage>,
     full_screen: FullScreen,
     kept: Kept,
+    /// The part of the picture in which ambient occlusion is computed, if that is not all of it.
+    within: Option<[u32; 4]>,
+    /// The projection of the camera that was rendered last.
+    projection: Option<Projection>,
     timers: Timers,
     notices: Vec<String>,
+    triangle_bytes: u64,
 }
 
 /// The final image, and the pass that makes it.
@@ -139,8 +145,11 @@ impl Pipeline {
             composite,
             full_screen: FullScreen::new(gl)?,
             kept: Kept::default(),
+            within: None,
+            projection: None,
             timers: Timers::new(gl, request.timings)?,
             notices,
+            triangle_bytes: 0,
         })
     }
 
@@ -203,6 +212,7 @@ impl Pipeline {
     /// refuses a shader, an allocation or a call.
     pub fn render(&mut self, mesh: &Mesh, camera: &Camera) -> Result<Vec<PassTime>, Error> {
         check_depth_range(&self.settings, camera)?;
+        self.projection = Some(camera.projection);
         let (gl, size, background) = (&self.gl, self.size, self.background());
         let targets = &*self.targets;
         let variant = GBufferVariant {
@@ -210,6 +220,7 @@ impl Pipeline {
             orthographic: !camera.projection.is_perspective(),
             biased: targets.encoding == NormalEncoding::Biased,
             colour: targets.colour.is_some(),
+            needs: Needs::of(mesh, targets.colour.is_some()),
         };
         let pass = match self.gbuffer.take() {
             Some(pass) if pass.variant == variant => pass,
@@ -217,6 +228,7 @@ impl Pipeline {
         };
         let pass = self.gbuffer.insert(pass);
         let triangles = pass.upload(mesh, camera)?;
+        self.triangle_bytes = triangles.bytes;
         self.timers.pass("gbuffer", || {
             targets.drawn().bind();
             // SAFETY: the context is current, and the target bound.
@@ -239,7 +251,7 @@ impl Pipeline {
 
         let inputs = self.inputs(camera);
         if let Some(ao) = &mut self.ao {
-            let extras = Extras { raw: self.request.raw, edges: self.request.edges };
+            let extras = Extras { raw: self.request.raw, edges: self.request.edges, within: self.within };
             self.kept = ao.run(&inputs, &mut self.timers, extras)?;
             if let (Some(FinalImage { pass, target, .. }), Some(colour)) = (&self.composite, &targets.colour) {
                 self.timers.pass("composite", || {
@@ -250,6 +262,24 @@ impl Pipeline {
             }
         }
         Ok(self.timers.take())
+    }
+
+    /// Computes ambient occlusion only in a part of the picture from now on, or, with `None`, in all of it. The part is
+    /// given by its lower left pixel, its width and its height. It is widened by [`Settings::blur_reach`], so that the
+    /// blur within it is the same. Elsewhere ambient occlusion is 1. The G-buffer is still the whole picture's.
+    ///
+    /// A part of a large picture, which needs the depth and the normals of a guard band around it, costs no more than
+    /// its own pixels in this way.
+    pub fn restrict(&mut self, part: Option<[u32; 4]>) {
+        let reach = self.settings.blur_reach();
+        let along = |first: u32, count: u32, side: u32| {
+            let start = first.saturating_sub(reach).min(side);
+            [start, first.saturating_add(count).saturating_add(reach).min(side) - start]
+        };
+        self.within = part.map(|[left, bottom, width, height]| {
+            let [x, y] = [along(left, width, self.size.0), along(bottom, height, self.size.1)];
+            [x[0], y[0], x[1], y[1]]
+        });
     }
 
     /// Returns the inputs from which ambient occlusion is computed, for this camera. The textures are those of the
@@ -268,6 +298,21 @@ impl Pipeline {
             projection: camera.projection,
             near: camera.near,
         }
+    }
+
+    /// Returns the bytes of all textures and renderbuffers that the pipeline holds, as their formats and sizes say. A
+    /// driver may take more. Some are made at the first [`Pipeline::render`].
+    #[must_use]
+    pub fn texture_bytes(&self) -> u64 {
+        let image = self.composite.as_ref().map_or(0, |composite| composite.image.bytes());
+        self.targets.bytes() + self.ao.as_ref().map_or(0, AmbientOcclusion::texture_bytes) + image
+    }
+
+    /// Returns the bytes of the triangles that the last [`Pipeline::render`] uploaded: positions, normals if the
+    /// settings take those of the vertices, and indices. They are deleted again after the frame.
+    #[must_use]
+    pub fn triangle_bytes(&self) -> u64 {
+        self.triangle_bytes
     }
 
     /// Returns the number of depth samples per pixel that the driver gave for [`Settings::msaa`].
@@ -374,6 +419,12 @@ impl Pipeline {
     pub fn composite(&self) -> Result<Option<Image<[u8; 3]>>, Error> {
         let Some(FinalImage { image, .. }) = &self.composite else { return Ok(None) };
         Ok(Some(self.image(rgb8(&image.read()?))))
+    }
+
+    /// Returns the projection of the camera that was rendered last; `None` before the first rendering.
+    #[must_use]
+    pub fn projection(&self) -> Option<Projection> {
+        self.projection
     }
 
     fn image<T: Copy>(&self, texels: Vec<T>) -> Image<T> {

@@ -23,7 +23,7 @@ pub(super) struct Targets {
     /// The framebuffer of the textures above. It has a depth buffer only if triangles are drawn into it, and not
     /// into multisample textures.
     target: Target,
-    _depth_buffer: Option<Renderbuffer>,
+    depth_buffer: Option<Renderbuffer>,
     multisample: Option<Multisample>,
 }
 
@@ -33,7 +33,7 @@ struct Multisample {
     images: Vec<MultisampleTexture>,
     samples: u32,
     target: Target,
-    _depth_buffer: Renderbuffer,
+    depth_buffer: Renderbuffer,
     resolve: Resolve,
 }
 
@@ -65,7 +65,18 @@ impl Targets {
         let images: Vec<&dyn Attachment> =
             [Some(&depth), Some(&normals), colour.as_ref()].into_iter().flatten().map(|image| image as _).collect();
         let target = Target::new(gl, "gbuffer: framebuffer", &images, attachment, size)?;
-        Ok(Targets { depth, normals, colour, encoding, target, _depth_buffer: depth_buffer, multisample })
+        Ok(Targets { depth, normals, colour, encoding, target, depth_buffer, multisample })
+    }
+
+    /// Returns the bytes of all textures and renderbuffers, as their formats and sizes say.
+    pub(super) fn bytes(&self) -> u64 {
+        let plain = [Some(&self.depth), Some(&self.normals), self.colour.as_ref()];
+        let plain: u64 = plain.into_iter().flatten().map(Texture::bytes).sum();
+        let multisample = self.multisample.as_ref().map_or(0, |multisample| {
+            let images: u64 = multisample.images.iter().map(|image| image.bytes_per_sample).sum();
+            u64::from(multisample.samples) * (images + multisample.depth_buffer.bytes_per_sample)
+        });
+        plain + multisample + self.depth_buffer.as_ref().map_or(0, |buffer| buffer.bytes_per_sample)
     }
 
     /// Returns the framebuffer that triangles are drawn into.
@@ -107,10 +118,10 @@ impl Multisample {
         gl::check(gl, "the driver's limits")?;
         for samples in [8, 4, 2].into_iter().filter(|&samples| samples <= asked.min(limit)) {
             match Multisample::attachments(gl, size, formats, samples) {
-                Ok((images, _depth_buffer, target)) => {
+                Ok((images, depth_buffer, target)) => {
                     let samples = images[0].samples("gbuffer: depth samples")?;
                     let resolve = Resolve::new(gl, samples, formats.contains(&COLOUR))?;
-                    let multisample = Multisample { images, samples, target, _depth_buffer, resolve };
+                    let multisample = Multisample { images, samples, target, depth_buffer, resolve };
                     return Ok(Some(multisample).filter(|multisample| multisample.samples > 1));
                 }
                 // Even within its limits a driver may refuse a format, or a combination of formats. Fewer samples may

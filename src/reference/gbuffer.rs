@@ -1,7 +1,7 @@
 //! The float64 twin of `glsl/gbuffer.frag`, by ray casting: depth, normal and material colour of the surface on the ray
 //! through each pixel's centre. Unlike the shader it does not shade the colour.
 
-use super::trace::Tracer;
+use super::trace::{Hit, Tracer};
 use crate::image::Image;
 use crate::scene::{Camera, Mesh};
 use crate::settings::Normals;
@@ -16,15 +16,15 @@ pub struct Surface {
     pub depth: f64,
     /// Unit normal in eye space, turned towards the eye; zero on background.
     pub normal: DVec3,
-    /// The material's colour; white on background.
+    /// The material's colour with its texture and the colours of the vertices; white on background.
     pub diffuse: [f32; 3],
 }
 
 /// Casts one ray per pixel, and returns the surface that each pixel shows. Images have the size (width, height).
 ///
 /// `sample` is the position of a depth sample relative to the pixel's centre, in pixels. The ray through the sample
-/// decides which triangle is seen. Depth and normal are those of the triangle's plane on the ray through the pixel's
-/// centre.
+/// decides which triangle is seen. Depth, normal and colour are those of the triangle's plane on the ray through the
+/// pixel's centre. There it is also decided whether a texture cuts the triangle away, so for all samples of the pixel.
 #[must_use]
 pub fn gbuffer(
     mesh: &Mesh,
@@ -40,19 +40,25 @@ pub fn gbuffer(
     let mut mesh = mesh.clone();
     mesh.positions.iter_mut().for_each(|p| *p -= camera.eye);
     let tracer = Tracer::new(&mesh);
+    let cuts = mesh.skins().iter().any(|skin| skin.cut.is_some());
     let texel = |x: usize, y: usize| {
         let ray = |[dx, dy]: [f64; 2]| {
             let (u, v) = ((x as f64 + 0.5 + dx) / width as f64, (y as f64 + 0.5 + dy) / height as f64);
             let (start, r) = camera.ray(u, v);
             (camera.direction_to_world(start), camera.direction_to_world(r), r)
         };
+        let (at_centre, to_centre, r) = ray([0.0; 2]);
         let (origin, direction, _) = ray(sample);
+        let is_cut = |hit: &Hit| {
+            let centre = tracer.meet_plane(at_centre, to_centre, hit.triangle).unwrap_or(*hit);
+            mesh.is_cut(hit.triangle, centre.barycentric)
+        };
         // r.z is 1, so t is the depth.
-        let Some(seen) = tracer.nearest(origin, direction, camera.near..=camera.far) else {
+        let range = camera.near..=camera.far;
+        let Some(seen) = tracer.nearest_where(origin, direction, range, |hit| !cuts || !is_cut(hit)) else {
             return Surface { depth: f64::INFINITY, normal: DVec3::ZERO, diffuse: [1.0; 3] };
         };
-        let (origin, direction, r) = ray([0.0; 2]);
-        let hit = tracer.meet_plane(origin, direction, seen.triangle).unwrap_or(seen);
+        let hit = tracer.meet_plane(at_centre, to_centre, seen.triangle).unwrap_or(seen);
         let corners = mesh.triangles[hit.triangle].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| mesh.positions[i]);
         let plane = camera.direction_to_eye((b - a).cross(c - a)).normalize();
@@ -67,11 +73,10 @@ pub fn gbuffer(
                 if smooth.dot(plane) < 0.0 { -smooth } else { smooth }
             }
         };
-        let group = mesh.groups.iter().find(|group| group.triangles.contains(&hit.triangle));
         Surface {
             depth: hit.t.clamp(camera.near, camera.far),
             normal,
-            diffuse: group.map_or([1.0; 3], |group| group.colour),
+            diffuse: mesh.diffuse(hit.triangle, hit.barycentric),
         }
     };
     let texels = on_all_cores(|| (0..width * height).into_par_iter().map(|i| texel(i % width, i / width)).collect());

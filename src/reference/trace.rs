@@ -78,7 +78,8 @@ impl Tracer<'_> {
         Tracer { mesh, hierarchy: hierarchy(&boxes), bounds, centre, scale }
     }
 
-    /// Finds the nearest hit with t in `range`. `direction` may have any length, and t is in units of that length.
+    /// Finds the nearest hit with t in `range`. There is none where a texture cuts a surface away. `direction` may have
+    /// any length, and t is in units of it.
     #[must_use]
     pub fn nearest(&self, origin: DVec3, direction: DVec3, range: RangeInclusive<f64>) -> Option<Hit> {
         self.nearest_but(origin, direction, range, usize::MAX)
@@ -92,6 +93,11 @@ impl Tracer<'_> {
         (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(DVec3::Y)
     }
 
+    /// Returns the mesh.
+    pub(super) fn mesh(&self) -> &Mesh {
+        self.mesh
+    }
+
     /// Finds the nearest hit as [`Tracer::nearest`] does, but ignores the triangle `but`, on which the ray starts.
     pub(super) fn nearest_but(
         &self,
@@ -99,6 +105,19 @@ impl Tracer<'_> {
         direction: DVec3,
         range: RangeInclusive<f64>,
         but: usize,
+    ) -> Option<Hit> {
+        self.nearest_where(origin, direction, range, |hit| {
+            hit.triangle != but && !self.mesh.is_cut(hit.triangle, hit.barycentric)
+        })
+    }
+
+    /// Finds the nearest hit of which `counts` returns true.
+    pub(super) fn nearest_where(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        range: RangeInclusive<f64>,
+        counts: impl Fn(&Hit) -> bool,
     ) -> Option<Hit> {
         // Only the part of the ray within the scene's box is traced through the boxes, so that float32 deals with near
         // points.
@@ -116,7 +135,7 @@ impl Tracer<'_> {
         self.hierarchy.ray_traverse(ray, &mut RayHit::none(), |_, id| {
             let triangle = self.hierarchy.primitive_indices[id] as usize;
             match self.meet(origin, direction, triangle) {
-                Some(hit) if triangle != but && hit.t >= *range.start() && hit.t <= end => {
+                Some(hit) if hit.t >= *range.start() && hit.t <= end && counts(&hit) => {
                     end = hit.t;
                     nearest = Some(hit);
                     in_boxes(hit.t)

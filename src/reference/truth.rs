@@ -19,6 +19,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// The seed of the random numbers. Together with its index it gives each pixel a sequence of its own.
 const SEED: u128 = 0x7472_7574_6820_2008;
@@ -53,7 +54,7 @@ impl Weight {
 
 /// A scene seen by a camera, prepared for tracing with the radius and attenuation of the settings.
 pub struct Truth<'a> {
-    tracer: Tracer<'a>,
+    tracer: Arc<Tracer<'a>>,
     camera: &'a Camera,
     size: (usize, usize),
     radius: Length,
@@ -89,15 +90,30 @@ impl<'a> Truth<'a> {
         settings: &Settings,
         rays: u32,
     ) -> Result<Truth<'a>, Error> {
+        Truth::by(&Arc::new(Tracer::new(mesh)), camera, size, settings, rays)
+    }
+
+    /// Does the same as [`Truth::new`] with a mesh that is prepared already, so that several views can share it.
+    ///
+    /// # Errors
+    /// The same as for [`Truth::new`].
+    pub fn by(
+        tracer: &Arc<Tracer<'a>>,
+        camera: &'a Camera,
+        size: (usize, usize),
+        settings: &Settings,
+        rays: u32,
+    ) -> Result<Truth<'a>, Error> {
         if rays == 0 || !rays.is_multiple_of(2) {
             return Err(Error::Usage(format!(
                 "{rays} rays: give an even number of at least 2, because the noise is estimated from two halves"
             )));
         }
+        let mesh = tracer.mesh();
         let (low, high) = mesh.bounds();
         let farthest = low.abs().max(high.abs()).max(camera.eye.abs()).max_element();
         Ok(Truth {
-            tracer: Tracer::new(mesh),
+            tracer: tracer.clone(),
             camera,
             size,
             radius: settings.radius_in(camera.projection)?,
@@ -119,13 +135,7 @@ impl<'a> Truth<'a> {
     /// on the threads.
     #[must_use]
     pub fn trace(&self, pixels: &[usize], progress: impl Fn(usize) + Sync) -> Traced {
-        const CHUNK: usize = 256;
-        let of_chunk = |chunk: &[usize]| {
-            let traced: Vec<Option<[f64; 2]>> = chunk.iter().map(|&pixel| self.pixel(pixel)).collect();
-            progress(chunk.len());
-            traced
-        };
-        let halves: Vec<Option<[f64; 2]>> = on_all_cores(|| pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect());
+        let halves = self.halves(pixels, 0, progress);
         // The variance of one half is twice that of the mean of both halves, and the variance of the difference of the
         // halves is four times that of the mean. The sum is folded from 0 because an empty `sum()` is -0.
         let squares = halves.iter().flatten().map(|[a, b]| (a - b).powi(2) / 4.0).fold(0.0, |sum, square| sum + square);
@@ -138,8 +148,22 @@ impl<'a> Truth<'a> {
         }
     }
 
+    /// Traces the same pixels as [`Truth::trace`], and returns for each the two independent estimates of A whose mean
+    /// that function returns; `None` on background. Every `pass` has rays of its own, so that the mean of several
+    /// passes is more exact than one. [`Truth::trace`] is pass 0. The work is done on all cores, or by the pool on one
+    /// of whose threads this is called.
+    pub fn halves(&self, pixels: &[usize], pass: u32, progress: impl Fn(usize) + Sync) -> Vec<Option<[f64; 2]>> {
+        const CHUNK: usize = 256;
+        let of_chunk = |chunk: &[usize]| {
+            let traced: Vec<Option<[f64; 2]>> = chunk.iter().map(|&pixel| self.pixel(pixel, pass)).collect();
+            progress(chunk.len());
+            traced
+        };
+        on_all_cores(|| pixels.par_chunks(CHUNK).flat_map_iter(of_chunk).collect())
+    }
+
     /// Returns two independent estimates of A; `None` on background.
-    fn pixel(&self, pixel: usize) -> Option<[f64; 2]> {
+    fn pixel(&self, pixel: usize, pass: u32) -> Option<[f64; 2]> {
         let (x, y) = (pixel % self.size.0, pixel / self.size.0);
         let (u, v) = ((x as f64 + 0.5) / self.size.0 as f64, (y as f64 + 0.5) / self.size.1 as f64);
         let camera = self.camera;
@@ -152,7 +176,7 @@ impl<'a> Truth<'a> {
         let radius = self.radius_at(point);
         let (b1, b2) = normal.any_orthonormal_pair();
 
-        let mut random = Pcg64Mcg::new(SEED ^ (pixel as u128) << 1);
+        let mut random = Pcg64Mcg::new(SEED ^ (pixel as u128) << 1 ^ u128::from(pass) << 48);
         // Neighbouring seeds give similar first numbers, so these are skipped.
         (0..4).for_each(|_| _ = random.next_u64());
         let mut uniform = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -202,6 +226,28 @@ fn stratified(count: u32, uniform: &mut impl FnMut() -> f64) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn passes_are_independent_so_that_their_mean_gets_more_exact() {
+        let scene = crate::scene::Scene::open("cornell-box").unwrap();
+        let (camera, _) = scene.view.camera(&scene.mesh, 24, 18).unwrap();
+        let settings = Settings::default();
+        let tracer = Arc::new(Tracer::new(&scene.mesh));
+        let of = |rays| Truth::by(&tracer, &camera, (24, 18), &settings, rays).unwrap();
+        let pixels: Vec<usize> = (0..24 * 18).collect();
+        let truth = of(16);
+        let passes: Vec<Vec<Option<[f64; 2]>>> = (0..16).map(|pass| truth.halves(&pixels, pass, |_| ())).collect();
+        let mean = |of: &[Vec<Option<[f64; 2]>>]| -> Vec<f64> {
+            let at = |i: usize| of.iter().map(|pass| pass[i].map_or(1.0, |[a, b]| (a + b) / 2.0)).sum::<f64>();
+            pixels.iter().map(|&i| at(i) / of.len() as f64).collect()
+        };
+        assert_eq!(mean(&passes[..1]), truth.trace(&pixels, |_| ()).visibility);
+        let exact = of(8192).trace(&pixels, |_| ()).visibility;
+        let error =
+            |of: &[f64]| (of.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / exact.len() as f64).sqrt();
+        let [one, all] = [error(&mean(&passes[..1])), error(&mean(&passes))];
+        assert!(one / all > 3.0 && one / all < 5.5, "{one} {all}");
+    }
 
     #[test]
     fn every_cell_holds_one_point_whatever_the_count() {

@@ -24,7 +24,7 @@ mod spots;
 mod subject;
 mod sweep;
 pub(crate) mod tables;
-mod ticks;
+pub(crate) mod ticks;
 pub(crate) mod words;
 
 pub(crate) use run::{FIGURES, Made, Options, PAGE, make};

@@ -14,7 +14,7 @@ const DIGITS: [&[f64]; 5] = [
 
 /// Returns the values at which a logarithmic axis from `low` to `high` has labels, in rising order. Both ends must be
 /// positive and finite.
-pub(super) fn logarithmic(low: f64, high: f64) -> Vec<f64> {
+pub(crate) fn logarithmic(low: f64, high: f64) -> Vec<f64> {
     let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
     let apart = |ticks: &[f64]| ticks.windows(2).all(|two| (two[1] / two[0]).ln() * MOST >= (high / low).ln());
     let at = |digits: &[f64], every: usize| -> Vec<f64> {
@@ -29,7 +29,7 @@ pub(super) fn logarithmic(low: f64, high: f64) -> Vec<f64> {
 }
 
 /// Writes the value of a label with three significant digits at most.
-pub(super) fn label(value: f64) -> String {
+pub(crate) fn label(value: f64) -> String {
     if value > 0.0 && value < 1e-3 || value >= 1e5 {
         return format!("{value:.0e}");
     }

@@ -10,6 +10,7 @@
 mod data;
 mod json;
 
+use super::mtl::WHITE;
 use super::notices::{Kind, Notices};
 use super::parts::{MOST, Parts};
 use super::source::{Source, fill};
@@ -285,25 +286,26 @@ impl Layout<'_> {
             Some(normal) => self.data.vectors(normal, count as usize)?,
             None => Vec::new(),
         };
+        let colours = match primitive.attributes.colour {
+            Some(colour) => self.data.colours(colour, count as usize)?,
+            None => Vec::new(),
+        };
         let indices = primitive.indices.map(|indices| self.data.indices(indices)).transpose()?;
         if let Some(i) = indices.iter().flatten().find(|&&i| u64::from(i) >= count) {
             return Err(format!("index {i} is out of range; there are {count} positions, counted from 0"));
         }
         let told = |what: &str| (self.notice)(format!("node {node}: {what}"));
         let colour = match primitive.material {
-            None => [1.0; 3],
+            None => WHITE,
             Some(material) => {
                 let found = self.root.materials.get(material as usize);
                 let surface = &found.ok_or_else(|| format!("there is no material {material}"))?.pbr_metallic_roughness;
                 if surface.base_color_texture.is_some() {
                     self.notices.add(Kind::Picture, || told("the textures of glTF are not read"));
                 }
-                surface.base_color_factor.as_deref().map_or([1.0; 3], |&[r, g, b, _]| [r, g, b].map(encoded))
+                surface.base_color_factor.as_deref().map_or(WHITE, |&[r, g, b, _]| [r, g, b].map(encoded))
             }
         };
-        if primitive.attributes.colour.is_some() {
-            self.notices.add(Kind::Tints, || told("vertex colours are not read"));
-        }
         let at = |i: usize| indices.as_ref().map_or(i as u32, |indices| indices[i]) + first as u32;
         let corners = corners as usize;
         let triangles = self.parts.triangles_of(colour);
@@ -334,6 +336,11 @@ impl Layout<'_> {
             }));
             self.parts.normals.resize(first + positions.len(), DVec3::ZERO);
         }
+        if !colours.is_empty() || !self.parts.colours.is_empty() {
+            self.parts.colours.resize(first, WHITE);
+            self.parts.colours.extend(colours.into_iter().map(|colour| colour.to_array().map(encoded)));
+            self.parts.colours.resize(first + positions.len(), WHITE);
+        }
         if first == 0 {
             self.parts.positions = positions;
         } else {
@@ -355,7 +362,7 @@ fn of_normals(m: DMat3) -> DMat3 {
 
 /// Converts a linear colour as glTF has it to one that is shown as it is, as `Kd` is: by the curve of sRGB.
 fn encoded(linear: f64) -> f32 {
-    let x = linear.clamp(0.0, 1.0);
+    let x = if linear >= 0.0 { linear.min(1.0) } else { 0.0 }; // NaN is 0
     let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 };
     (encoded as f32).clamp(0.0, 1.0)
 }

@@ -1,5 +1,5 @@
 //! Stands between an OBJ file and tobj, which makes the mesh. tobj reads only what this guard writes: triangles with
-//! positive indices, positions, and a normal for every corner or for none.
+//! positive indices, positions, and a normal and a texture coordinate for every corner or for none.
 //!
 //! tobj 4.0.5 has the following faults, none of which such text meets. It
 //! - does not name lines in its errors;
@@ -10,11 +10,11 @@
 //! - silently loses the first line after a byte order mark, which shifts every index by one;
 //! - refuses continued lines, comments after a statement, tabs after `usemtl`, bytes that are not UTF-8, and files that
 //!   give colours to some positions only;
-//! - keeps 104 bytes for each face until its object ends, and some 1000 bytes for each object and material. The guard
-//!   therefore ends an object after [`OBJECT`] triangles, and keeps the materials of triangles itself.
+//! - keeps 104 bytes for each face until its object ends, and several hundred for each object and material. The
+//!   guard therefore ends an object after [`OBJECT`] triangles, and keeps the materials of triangles itself.
 
 use super::mesh::FARTHEST;
-use super::mtl::{MOST_LIBRARIES, Materials, too_many_libraries};
+use super::mtl::{MOST_LIBRARIES, Materials, WHITE, too_many_libraries};
 use super::notices::{Kind, Notices};
 use super::polygon::{MOST_CORNERS, Triangulator};
 use super::statement::{Statement, Statements, number, quoted};
@@ -31,6 +31,9 @@ const OBJECT: usize = 1 << 16;
 
 /// The index of a corner that has no normal.
 const NONE: u32 = u32::MAX;
+
+/// The largest magnitude of a texture coordinate. float32 knows a point of a texture there to a sixteenth of it.
+const FARTHEST_COORDINATE: f64 = 1e6;
 
 /// The text for tobj is made in pieces of about this many bytes.
 const PIECE: usize = 1 << 14;
@@ -52,6 +55,12 @@ pub(super) struct Found {
     /// What a file without faces holds in their place.
     pub(super) instead: Option<&'static str>,
     pub(super) notices: Notices,
+    /// Notices that matter only if a texture is used.
+    pub(super) texture_notices: Notices,
+    /// The colours that follow positions, by the number of the position. Empty if there are none.
+    pub(super) colours: Vec<[f32; 3]>,
+    /// The positions of each triangle's corners, from the triangle on before which the first colour stands.
+    pub(super) coloured: Option<(usize, Vec<[u32; 3]>)>,
 }
 
 /// Reads an OBJ file statement by statement, and gives tobj what it can read of it.
@@ -72,14 +81,16 @@ struct Writer {
     /// The number of normals in the file. In the text there is one more if there are any: the first one stands for an
     /// unknown normal.
     normals: usize,
+    /// The number of texture coordinates in the file. In the text there is one more, as for normals.
+    coordinates: usize,
     found: Found,
     face: Face,
 }
 
 /// The face that is being read. Its memory is kept from one face to the next.
 struct Face {
-    /// The indices of the position and the normal of each corner, counted from 0.
-    corners: Vec<[u32; 2]>,
+    /// The indices of the position, the texture coordinate and the normal of each corner, counted from 0.
+    corners: Vec<[u32; 3]>,
     points: Vec<DVec3>,
     triangulator: Triangulator,
 }
@@ -149,6 +160,11 @@ impl Writer {
             "v" if self.positions.len() == MOST => return Err(too_large("positions")),
             "v" => {
                 let (position, words) = triple("v", FARTHEST, statement.words())?;
+                if let Some(colour) = colour(statement) {
+                    found.coloured.get_or_insert_with(|| (found.triangles, Vec::new()));
+                    found.colours.resize(self.positions.len(), WHITE);
+                    found.colours.push(colour);
+                }
                 self.positions.push(position);
                 self.vector("v", words);
             }
@@ -169,6 +185,19 @@ impl Writer {
                     ["0"; 3]
                 });
                 self.vector("vn", words);
+            }
+            "vt" if self.coordinates == MOST - 1 => return Err(too_large("texture coordinates")),
+            "vt" => {
+                if self.coordinates == 0 {
+                    self.end_object();
+                    self.vector("vt", ["0"; 2]);
+                }
+                self.coordinates += 1;
+                let words = coordinate(statement).unwrap_or_else(|what| {
+                    self.found.texture_notices.add(Kind::Coordinate, || statement.notice(what));
+                    ["0"; 2]
+                });
+                self.vector("vt", words);
             }
             "f" => self.face(statement)?,
             "usemtl" => {
@@ -209,12 +238,17 @@ impl Writer {
             if corners.len() == MOST_CORNERS {
                 return Err(format!("a face of more than {MOST_CORNERS} corners; triangulate it before exporting"));
             }
-            let (v, vn) = corner(word, self.positions.len(), self.normals)?;
+            let [v, vt, vn] = corner(word, [self.positions.len(), self.coordinates, self.normals]);
+            let vt = vt.unwrap_or_else(|what| {
+                self.found.texture_notices.add(Kind::CoordinateIndex, || statement.notice(what));
+                NONE
+            });
+            let v = v?;
             let vn = vn.unwrap_or_else(|what| {
                 self.found.notices.add(Kind::NormalIndex, || statement.notice(what));
                 NONE
             });
-            corners.push([v, vn]);
+            corners.push([v, vt, vn]);
         }
         if corners.len() < 3 {
             self.found.instead = Some("faces of fewer than 3 corners");
@@ -225,7 +259,7 @@ impl Writer {
             return Err(format!("more than {} triangles; split the model", MOST / 3));
         }
         points.clear();
-        points.extend(corners.iter().map(|&[v, _]| self.positions[v as usize]));
+        points.extend(corners.iter().map(|&[v, ..]| self.positions[v as usize]));
         for triangle in triangulator.triangles(points).chunks_exact(3) {
             if self.found.triangles.is_multiple_of(OBJECT) {
                 self.text.extend_from_slice(b"g\n");
@@ -233,15 +267,24 @@ impl Writer {
             self.found.triangles += 1;
             self.text.push(b'f');
             for &i in triangle {
-                let [v, vn] = corners[i as usize];
+                let [v, vt, vn] = corners[i as usize];
                 self.text.push(b' ');
                 push_number(&mut self.text, u64::from(v) + 1);
+                if self.coordinates > 0 || self.normals > 0 {
+                    self.text.push(b'/');
+                }
+                if self.coordinates > 0 {
+                    push_number(&mut self.text, if vt == NONE { 1 } else { u64::from(vt) + 2 });
+                }
                 if self.normals > 0 {
-                    self.text.extend_from_slice(b"//");
+                    self.text.push(b'/');
                     push_number(&mut self.text, if vn == NONE { 1 } else { u64::from(vn) + 2 });
                 }
             }
             self.text.push(b'\n');
+            if let (Some((_, coloured)), &[a, b, c]) = (&mut self.found.coloured, triangle) {
+                coloured.push([a, b, c].map(|i| corners[i as usize][0]));
+            }
         }
         Ok(())
     }
@@ -299,20 +342,38 @@ fn triple<'a>(
     Ok((DVec3::new(x.0, y.0, z.0), [x.1, y.1, z.1]))
 }
 
-/// Parses one corner of a face into the indices of its position and its normal, counted from 0. `positions` and
-/// `normals` are how many of each the file has had so far. If only the normal is wrong, its error is returned in its
-/// place.
-fn corner(word: &str, positions: usize, normals: usize) -> Result<(u32, Result<u32, String>), String> {
-    let mut parts = word.split('/');
-    let (position, _texture, normal) = (parts.next().unwrap_or(""), parts.next(), parts.next().unwrap_or(""));
-    let no_corner = || format!("{} is not a corner; write v, v/vt, v//vn or v/vt/vn", quoted(word));
-    if parts.next().is_some() {
-        return Err(no_corner());
+/// Parses the colour that follows a position, clamped to [0, 1].
+fn colour(statement: &Statement) -> Option<[f32; 3]> {
+    let mut words = statement.words().skip(3);
+    let mut next = || words.next().and_then(|word| number(word).ok()).map(|x| x.clamp(0.0, 1.0) as f32);
+    Some([next()?, next()?, next()?])
+}
+
+/// Parses the numbers of `vt u v` or `vt u`, and returns their words.
+fn coordinate<'a>(statement: &'a Statement) -> Result<[&'a str; 2], String> {
+    let mut words = statement.words();
+    let u = words.next().ok_or("vt needs two numbers")?;
+    let words = [u, words.next().unwrap_or("0")];
+    for word in words {
+        if number(word)?.abs() > FARTHEST_COORDINATE {
+            return Err(format!("{} is past {FARTHEST_COORDINATE:e} in magnitude", quoted(word)));
+        }
     }
-    let read = |part: &str| part.parse::<i64>().map_err(|_| no_corner());
-    let v = index(read(position)?, positions, "v")?;
-    let vn = if normal.is_empty() { Ok(NONE) } else { read(normal).and_then(|i| index(i, normals, "vn")) };
-    Ok((v, vn))
+    Ok(words)
+}
+
+/// Parses one corner of a face into the indices of its position, its texture coordinate and its normal, counted from 0.
+/// `counts` are how many of each the file has had so far. Only an error of the position makes the face invalid.
+fn corner(word: &str, counts: [usize; 3]) -> [Result<u32, String>; 3] {
+    let mut parts = word.split('/');
+    let parts = [parts.next(), parts.next(), parts.next(), parts.next()];
+    let no_corner = || format!("{} is not a corner; write v, v/vt, v//vn or v/vt/vn", quoted(word));
+    let read = |which: usize, of: &str| match parts[which] {
+        None | Some("") if which > 0 => Ok(NONE),
+        part => part.unwrap_or("").parse::<i64>().map_err(|_| no_corner()).and_then(|i| index(i, counts[which], of)),
+    };
+    let position = if parts[3].is_some() { Err(no_corner()) } else { read(0, "v") };
+    [position, read(1, "vt"), read(2, "vn")]
 }
 
 /// Converts an index of the file to one that is counted from 0. In the file, positive indices are counted from 1, and

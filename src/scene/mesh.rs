@@ -1,7 +1,9 @@
 //! The triangle mesh: the one kind of geometry that is rendered, traced and measured.
 
+use super::texture::Skin;
 use crate::Error;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -22,6 +24,13 @@ pub struct Mesh {
     /// The normals as they were given, of any length, one for each position. A normal is (0, 0, 0) if it is unknown.
     /// The list is empty if no normals were given.
     normals: Vec<DVec3>,
+    /// The texture coordinates, one for each position, with v up. Empty if no texture is used.
+    coordinates: Vec<DVec2>,
+    /// The colours of the vertices, one for each position, by which those of the groups are multiplied. Empty if all
+    /// are white.
+    colours: Vec<[f32; 3]>,
+    /// The textures of each group. Empty if no texture is used.
+    skins: Vec<Skin>,
 }
 
 /// A run of triangles of one colour.
@@ -55,7 +64,15 @@ impl Mesh {
             )));
         }
         let white = Group { colour: [1.0; 3], triangles: 0..triangles.len() };
-        Ok(Mesh { positions, triangles, groups: vec![white], normals: Vec::new() })
+        Ok(Mesh {
+            positions,
+            triangles,
+            groups: vec![white],
+            normals: Vec::new(),
+            coordinates: Vec::new(),
+            colours: Vec::new(),
+            skins: Vec::new(),
+        })
     }
 
     /// Gives the mesh these colours.
@@ -79,7 +96,77 @@ impl Mesh {
             return Err(Error::Usage(format!("groups cover {covered} of {} triangles", self.triangles.len())));
         }
         self.groups = groups;
+        self.skins = Vec::new();
         Ok(self)
+    }
+
+    /// Gives the mesh one skin for each group, and one texture coordinate for each position.
+    pub(super) fn with_skins(mut self, skins: Vec<Skin>, coordinates: Vec<DVec2>) -> Mesh {
+        assert!(skins.len() == self.groups.len() && coordinates.len() == self.positions.len());
+        if skins.iter().any(|skin| *skin != Skin::default()) {
+            (self.skins, self.coordinates) = (skins, coordinates);
+        }
+        self
+    }
+
+    /// Gives the mesh one colour for each position.
+    pub(super) fn with_vertex_colours(mut self, colours: Vec<[f32; 3]>) -> Mesh {
+        assert_eq!(colours.len(), self.positions.len());
+        if colours.iter().any(|&colour| colour != [1.0; 3]) {
+            self.colours = colours;
+        }
+        self
+    }
+
+    /// Returns the textures of each group, or nothing if no texture is used.
+    pub(crate) fn skins(&self) -> &[Skin] {
+        &self.skins
+    }
+
+    /// Returns the texture coordinates, one for each position, or nothing if no texture is used.
+    pub(crate) fn coordinates(&self) -> &[DVec2] {
+        &self.coordinates
+    }
+
+    /// Returns the colours of the vertices, one for each position, or nothing if all are white.
+    pub(crate) fn vertex_colours(&self) -> &[[f32; 3]] {
+        &self.colours
+    }
+
+    /// Returns whether a texture cuts the surface away at a point of a triangle, or of its plane.
+    pub(crate) fn is_cut(&self, triangle: usize, barycentric: DVec3) -> bool {
+        !self.skins.is_empty()
+            && self.skins[self.group_of(triangle)]
+                .cut
+                .as_ref()
+                .is_some_and(|map| map.cuts(self.coordinate(triangle, barycentric)))
+    }
+
+    /// Returns the colour of the material at a point of a triangle, or of its plane.
+    pub(crate) fn diffuse(&self, triangle: usize, barycentric: DVec3) -> [f32; 3] {
+        let group = self.group_of(triangle);
+        let mut colour = self.groups[group].colour;
+        let mut times = |by: [f32; 3]| (0..3).for_each(|channel| colour[channel] *= by[channel]);
+        if !self.colours.is_empty() {
+            let [a, b, c] =
+                self.triangles[triangle].map(|i| DVec3::from_array(self.colours[i as usize].map(f64::from)));
+            let mixed = barycentric.x * a + barycentric.y * b + barycentric.z * c;
+            times(mixed.clamp(DVec3::ZERO, DVec3::ONE).as_vec3().to_array());
+        }
+        if let Some(map) = self.skins.get(group).and_then(|skin| skin.colour.as_ref()) {
+            times(map.colour(self.coordinate(triangle, barycentric)));
+        }
+        colour
+    }
+
+    fn coordinate(&self, triangle: usize, barycentric: DVec3) -> DVec2 {
+        let [a, b, c] = self.triangles[triangle].map(|i| self.coordinates[i as usize]);
+        barycentric.x * a + barycentric.y * b + barycentric.z * c
+    }
+
+    /// Returns the number of the group to which a triangle belongs.
+    fn group_of(&self, triangle: usize) -> usize {
+        self.groups.partition_point(|group| group.triangles.end <= triangle)
     }
 
     /// Gives the mesh these normals, one per position. They may have any length, and an unknown normal is (0, 0, 0).
@@ -124,7 +211,8 @@ impl Mesh {
     /// Returns the same surface, with every triangle divided into four at the middles of its sides.
     #[must_use]
     pub fn subdivided(&self) -> Mesh {
-        let mut positions = self.positions.clone();
+        let (mut positions, mut coordinates) = (self.positions.clone(), self.coordinates.clone());
+        let (mut colours, skins) = (self.colours.clone(), self.skins.clone());
         let mut normals: Vec<DVec3> = self.normals.iter().map(|&n| unit(n).unwrap_or_default()).collect();
         // The middle of each side, by the indices of its ends, so that triangles that share a side share its middle.
         let mut middles: HashMap<[u32; 2], u32> = HashMap::with_capacity(2 * self.triangles.len());
@@ -134,6 +222,12 @@ impl Mesh {
                 if let (Some(&n), Some(&m)) = (normals.get(a), normals.get(b)) {
                     let known = n != DVec3::ZERO && m != DVec3::ZERO;
                     normals.push(if known { n.midpoint(m) } else { DVec3::ZERO });
+                }
+                if !coordinates.is_empty() {
+                    coordinates.push(coordinates[a].midpoint(coordinates[b]));
+                }
+                if !colours.is_empty() {
+                    colours.push([0, 1, 2].map(|i| f32::midpoint(colours[a][i], colours[b][i])));
                 }
                 positions.push(positions[a].midpoint(positions[b]));
                 (positions.len() - 1) as u32
@@ -146,7 +240,38 @@ impl Mesh {
         }
         let of_four = |Range { start, end }: &Range<usize>| 4 * start..4 * end;
         let groups = self.groups.iter().map(|g| Group { colour: g.colour, triangles: of_four(&g.triangles) }).collect();
-        Mesh { positions, triangles, groups, normals }
+        Mesh { positions, triangles, groups, normals, coordinates, colours, skins }
+    }
+
+    /// Returns the SHA-256 of all that the mesh holds, in hexadecimal. Two meshes with the same one give the same
+    /// pictures.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        let Mesh { positions, triangles, groups, normals, coordinates, colours, skins } = self;
+        let mut hash = Sha256::new();
+        // Each list begins with its length, so that no two meshes give the same bytes.
+        hash.update(positions.len().to_le_bytes());
+        positions.iter().flat_map(DVec3::to_array).for_each(|x| hash.update(x.to_le_bytes()));
+        hash.update(normals.len().to_le_bytes());
+        normals.iter().flat_map(DVec3::to_array).for_each(|x| hash.update(x.to_le_bytes()));
+        hash.update(coordinates.len().to_le_bytes());
+        coordinates.iter().flat_map(DVec2::to_array).for_each(|x| hash.update(x.to_le_bytes()));
+        hash.update(colours.len().to_le_bytes());
+        colours.iter().flatten().for_each(|x| hash.update(x.to_le_bytes()));
+        hash.update(triangles.len().to_le_bytes());
+        triangles.iter().flatten().for_each(|i| hash.update(i.to_le_bytes()));
+        hash.update(groups.len().to_le_bytes());
+        for Group { colour, triangles } in groups {
+            colour.iter().for_each(|x| hash.update(x.to_le_bytes()));
+            hash.update(triangles.end.to_le_bytes());
+        }
+        for Skin { colour, cut } in skins {
+            for map in [colour, cut] {
+                hash.update([u8::from(map.is_some())]);
+                map.iter().for_each(|map| map.hash(&mut hash));
+            }
+        }
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Returns the bounding box of all positions, as its smallest and its largest corner.

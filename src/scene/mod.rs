@@ -7,6 +7,7 @@
 
 mod camera;
 mod cornell_box;
+mod find;
 mod foreign;
 mod gltf;
 mod guard;
@@ -17,16 +18,21 @@ mod nave;
 mod notices;
 mod obj;
 mod parts;
+mod path;
 mod ply;
 mod polygon;
+mod skin;
 mod source;
 mod statement;
 mod stl;
+mod texture;
 mod view;
 
 pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
+pub use path::{CameraPath, Interpolation, Key, Turntable};
+pub(crate) use texture::Map;
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;

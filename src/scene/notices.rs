@@ -12,9 +12,9 @@ pub(super) enum Kind {
     Facet,
     /// Points, lines or other parts of a glTF file that are no triangles.
     Primitive,
-    /// The end of a file that is missing.
+    /// The end of an STL file that is missing.
     End,
-    /// Vertex colours, or the colours of an STL file.
+    /// The colours of an STL file.
     Tints,
     /// The texture of a glTF file.
     Picture,
@@ -34,8 +34,20 @@ pub(super) enum Kind {
     Colour,
     /// A `Kd` statement with a number above 1.
     Bright,
-    /// A texture, which is not read.
+    /// A texture that cannot be read, or a wrong `map_Kd` statement.
     Texture,
+    /// A texture that cannot be read, or a wrong `map_d` statement.
+    Cut,
+    /// A `d` statement that gives no number.
+    Dissolve,
+    /// A material with `d` below 1/2.
+    Invisible,
+    /// A statement about a material's texture that is not read.
+    Ignored,
+    /// A `vt` statement that gives no point of a texture.
+    Coordinate,
+    /// A corner whose index of a texture coordinate is wrong.
+    CoordinateIndex,
     /// A material that a `usemtl` statement names and no material file defines.
     Material,
 }
@@ -51,10 +63,16 @@ impl Kind {
             Kind::Colour => ("colours", "its material is white"),
             Kind::Bright => ("colours", "it is taken as 1; write colours from 0 to 1"),
             Kind::Texture => ("textures", "its material has the colour of Kd"),
+            Kind::Cut => ("textures", "nothing is cut out of its material"),
+            Kind::Dissolve => ("materials", "its material is opaque"),
+            Kind::Invisible => ("materials", "its triangles are left out"),
+            Kind::Ignored => ("statements", "materials have map_Kd, map_d, Kd and d alone"),
+            Kind::Coordinate => ("texture coordinates", "it is taken as 0 0"),
+            Kind::CoordinateIndex => ("corners", "its texture coordinate is taken as 0 0"),
             Kind::Facet => ("triangles", "it is left out"),
             Kind::Primitive => ("primitives", "it is left out"),
             Kind::End => ("ends", "it may have been cut short"),
-            Kind::Tints => ("colours", "the surface has the colour of its material, or is white"),
+            Kind::Tints => ("colours", "the surface is white"),
             Kind::Picture => ("textures", "its material has the colour of baseColorFactor"),
             Kind::Pose => ("parts", "it is drawn in its rest pose"),
             Kind::Camera => ("cameras", "it is left out"),
@@ -72,6 +90,11 @@ impl Notices {
     /// Counts one thing. `first` describes it, and is called only if it is the first of its kind.
     pub(super) fn add(&mut self, kind: Kind, first: impl FnOnce() -> String) {
         self.0.entry(kind).or_insert_with(|| (first(), 0)).1 += 1;
+    }
+
+    /// Adds the notices of `other`, which are of other kinds.
+    pub(super) fn extend(&mut self, other: Notices) {
+        self.0.extend(other.0);
     }
 
     /// Returns true if there is a notice of this kind.

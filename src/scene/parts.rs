@@ -9,11 +9,12 @@ use std::path::Path;
 /// The most positions, and corners of triangles, whose indices have 32 bits.
 pub(super) const MOST: usize = u32::MAX as usize;
 
-/// The parts of a mesh. The normals are as many as the positions, or none.
+/// The parts of a mesh. The normals, and the colours of vertices, are as many as the positions, or none.
 #[derive(Default)]
 pub(super) struct Parts {
     pub(super) positions: Vec<DVec3>,
     pub(super) normals: Vec<DVec3>,
+    pub(super) colours: Vec<[f32; 3]>,
     /// The colours, and the triangles of each.
     groups: Vec<([f32; 3], Vec<[u32; 3]>)>,
     group_of: HashMap<[u32; 3], usize>,
@@ -39,7 +40,7 @@ impl Parts {
     /// # Errors
     /// [`Error::Input`] if there is no triangle, or if a position is not finite or above 1e15 in magnitude.
     pub(super) fn into_mesh(self, path: &Path) -> Result<Mesh, Error> {
-        let Parts { mut positions, mut normals, groups, .. } = self;
+        let Parts { mut positions, mut normals, mut colours, groups, .. } = self;
         let mut ranges: Vec<Group> = Vec::new();
         let mut triangles: Vec<[u32; 3]> = Vec::new();
         let all: usize = groups.iter().map(|(_, triangles)| triangles.len()).sum();
@@ -53,29 +54,39 @@ impl Parts {
             }
             ranges.push(Group { colour, triangles: start..triangles.len() });
         }
-        leave_out_unused(&mut positions, &mut normals, &mut triangles);
+        if let Some(used) = used(positions.len(), &triangles) {
+            renumber(&mut triangles, &used);
+            keep(&mut positions, &used);
+            keep(&mut normals, &used);
+            keep(&mut colours, &used);
+        }
         let mesh = Mesh::new(positions, triangles).and_then(|mesh| mesh.with_groups(ranges));
         let mesh = mesh.and_then(|mesh| if normals.is_empty() { Ok(mesh) } else { mesh.with_normals(normals) });
-        mesh.map_err(|e| Error::input(path, e.to_string()))
+        let mesh = mesh.map_err(|e| Error::input(path, e.to_string()))?;
+        Ok(if colours.is_empty() { mesh } else { mesh.with_vertex_colours(colours) })
     }
 }
 
-/// Leaves out the positions that no triangle uses, because they would widen the bounds of the mesh.
-fn leave_out_unused(positions: &mut Vec<DVec3>, normals: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) {
-    let mut used = vec![false; positions.len()];
+/// Returns which positions triangles use, or `None` if they use all. The others would widen the bounds of the mesh.
+fn used(positions: usize, triangles: &[[u32; 3]]) -> Option<Vec<bool>> {
+    let mut used = vec![false; positions];
     triangles.iter().flatten().for_each(|&i| used[i as usize] = true);
-    if used.iter().all(|&used| used) {
-        return;
-    }
-    let mut new = Vec::with_capacity(positions.len());
+    used.contains(&false).then_some(used)
+}
+
+/// Changes indices of positions to those of the positions that are used.
+fn renumber(triangles: &mut [[u32; 3]], used: &[bool]) {
+    let mut new = Vec::with_capacity(used.len());
     let mut count = 0;
-    for &used in &used {
+    for &used in used {
         new.push(count);
         count += u32::from(used);
     }
     triangles.iter_mut().flatten().for_each(|i| *i = new[*i as usize]);
-    for vectors in [positions, normals] {
-        let mut used = used.iter();
-        vectors.retain(|_| used.next() == Some(&true));
-    }
+}
+
+/// Keeps the entries of the positions that are used.
+fn keep<T>(list: &mut Vec<T>, used: &[bool]) {
+    let mut used = used.iter();
+    list.retain(|_| used.next() == Some(&true));
 }

@@ -8,6 +8,7 @@ mod header;
 
 use super::Mesh;
 use super::mesh::FARTHEST;
+use super::mtl::WHITE;
 use super::notices::{Kind, Notices};
 use super::parts::{MOST, Parts};
 use super::polygon::{MOST_CORNERS, Triangulator};
@@ -18,13 +19,12 @@ use glam::DVec3;
 use header::{Element, Header, Property};
 use std::io::BufRead;
 
-const WHITE: [f32; 3] = [1.0; 3];
-
-/// What a property of a vertex is, by the number of its axis.
+/// What a property of a vertex is, by the number of its axis or channel.
 #[derive(Clone, Copy)]
 enum Role {
     Position(usize),
     Normal(usize),
+    Colour(usize),
     Other,
 }
 
@@ -92,18 +92,17 @@ impl<R: BufRead> Reader<'_, R> {
             return Err("its element vertex lacks a property x, y or z that is one number".into());
         }
         let normals = has(|role| if let Role::Normal(axis) = role { Some(axis) } else { None });
+        let colours = has(|role| if let Role::Colour(axis) = role { Some(axis) } else { None });
         if element.count > MOST as u64 {
             return Err(format!("more than {MOST} vertices; split the model"));
-        }
-        if element.properties.iter().any(|property| ["red", "diffuse_red"].contains(&property.name.as_str())) {
-            self.notices.add(Kind::Tints, || (self.notice)("the colours of its vertices are not read".into()));
         }
         if self.believed {
             self.parts.positions.reserve_exact(element.count as usize);
             self.parts.normals.reserve_exact(if normals { element.count as usize } else { 0 });
+            self.parts.colours.reserve_exact(if colours { element.count as usize } else { 0 });
         }
         for i in 0..element.count {
-            let [mut position, mut normal] = [DVec3::ZERO; 2];
+            let ([mut position, mut normal], mut colour) = ([DVec3::ZERO; 2], [0.0; 3]);
             self.body.start(element, i)?;
             for (property, &role) in element.properties.iter().zip(&roles) {
                 match role {
@@ -115,11 +114,18 @@ impl<R: BufRead> Reader<'_, R> {
                         position[axis] = x;
                     }
                     Role::Normal(axis) => normal[axis] = self.body.number(property.kind)?,
+                    Role::Colour(channel) => {
+                        let x = self.body.number(property.kind)? / property.kind.most();
+                        colour[channel] = if x >= 0.0 { x.min(1.0) as f32 } else { 0.0 };
+                    }
                     Role::Other => self.body.skip(property)?,
                 }
             }
             self.body.end()?;
             self.parts.positions.push(position);
+            if colours {
+                self.parts.colours.push(colour);
+            }
             if normals {
                 if !normal.is_finite() || normal == DVec3::ZERO {
                     normal = DVec3::ZERO;
@@ -235,9 +241,11 @@ impl<R: BufRead> Reader<'_, R> {
 
 fn role(property: &Property) -> Role {
     let axis = |names: [&str; 3]| names.iter().position(|name| *name == property.name);
-    match (property.count, axis(["x", "y", "z"]), axis(["nx", "ny", "nz"])) {
-        (None, Some(axis), _) => Role::Position(axis),
-        (None, _, Some(axis)) => Role::Normal(axis),
+    let colour = axis(["red", "green", "blue"]).or(axis(["diffuse_red", "diffuse_green", "diffuse_blue"]));
+    match (property.count, axis(["x", "y", "z"]), axis(["nx", "ny", "nz"]), colour) {
+        (None, Some(axis), ..) => Role::Position(axis),
+        (None, _, Some(axis), _) => Role::Normal(axis),
+        (None, _, _, Some(channel)) => Role::Colour(channel),
         _ => Role::Other,
     }
 }

@@ -1,6 +1,8 @@
 //! The keys, each with what it does, from which the list that `?` shows is made.
 
+use super::anatomy;
 use super::state::{Compare, Viewer};
+use super::truth;
 use eframe::egui::{self, Key, Modifiers};
 
 /// What a key does at once.
@@ -32,7 +34,16 @@ static ROWS: &[Row] = &[
     row(Key::M, "M", "Magnify the pixels under the pointer and show their values", |viewer, _| {
         viewer.magnified = !viewer.magnified;
     }),
+    row(Key::G, "G", "Ray-traced truth: off, in numbers, beside the image, alone, its errors", |viewer, _| {
+        truth::next(viewer);
+    }),
+    row(Key::X, "X", "Take the clicked pixel apart: directions, samples, what each adds", |viewer, _| {
+        anatomy::switch(viewer);
+    }),
+    row(Key::OpenBracket, "[", "Show the previous direction of that pixel", |viewer, _| anatomy::turn(viewer, -1)),
+    row(Key::CloseBracket, "]", "Show the next direction of that pixel", |viewer, _| anatomy::turn(viewer, 1)),
     row(Key::T, "T", "Measure the time of each pass", |viewer, _| viewer.timed = !viewer.timed),
+    row(Key::V, "V", "Show or hide error against time", |viewer, _| viewer.sweep_shown = !viewer.sweep_shown),
     row(Key::Y, "Y", "Copy the command that renders this image", |viewer, context| {
         context.copy_text(viewer.command());
         viewer.said = "The command was copied.".into();
@@ -46,7 +57,7 @@ static ROWS: &[Row] = &[
 
 /// What else there is to press.
 const OTHERS: [(&str, &str); 8] = [
-    ("1 to 7", "Choose the image: final, ao, ao-raw, color, depth, normals, edges"),
+    ("1 to 8", "Choose the image: final, ao, ao-raw, color, depth, normals, edges, exits"),
     ("W S A D E Q", "Fly forward, backward, left, right, up, down, while held; faster with Shift"),
     ("left drag", "Turn the scene about the camera's target; with Shift, look around"),
     ("right drag", "Move the camera sideways; so does a drag with the middle button"),
@@ -57,7 +68,7 @@ const OTHERS: [(&str, &str); 8] = [
 ];
 
 /// The keys of the images, in the order of `--show`.
-const DIGITS: [Key; 7] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7];
+const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
 /// The keys that fly, with the direction of each: right, up, forward.
 const FLY: [(Key, [f64; 3]); 6] = [

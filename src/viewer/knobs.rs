@@ -162,7 +162,7 @@ fn radius(knob: &Knob, settings: &mut Settings, diagonal: f64, ui: &mut Ui) -> R
 }
 
 /// A number with four digits.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
 }
 

@@ -4,23 +4,38 @@
 //! that it reads back. So the window waits for no image, what it shows is what `hbao render` writes, and the state of
 //! OpenGL that the interface of the window changes is no matter. The window is drawn again only if there is a reason.
 
+mod anatomy;
+mod complaints;
+mod costs;
+#[cfg(test)]
+mod dropped;
 mod eye;
+mod graph;
 mod keys;
 mod knobs;
+mod label;
 mod log;
 mod panel;
+mod plot;
 mod request;
+mod scatter;
+mod section;
 mod stage;
 mod state;
+mod sweep;
+mod tracing;
+mod truth;
+mod watch;
 mod worker;
 
 pub(crate) use worker::{OpenContext, Render};
 
+use complaints::{Complaints, Heard, REMEDY, too_old};
 use eframe::egui::{self, ViewportCommand};
 use eframe::egui_glow::CallbackFn;
 use hbao::Error;
 use hbao::context::Backend;
-use hbao::glow::HasContext as _;
+use hbao::glow::{self, HasContext as _};
 use hbao::scene::{Scene, View};
 use hbao::settings::Settings;
 use log::{Log, milliseconds};
@@ -28,7 +43,7 @@ use serde_json::json;
 use state::{Start, Viewer};
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use worker::{Worker, title};
 
@@ -58,7 +73,9 @@ pub(crate) struct Opening {
 pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     let start = Instant::now();
     let log = opening.log.map(|path| Log::create(&path, start)).transpose()?;
-    let worker = Worker::start(opening.context, opening.render)?;
+    // Drivers are heard for the log only, because some are slower then.
+    let complaints = log.is_some().then(Complaints::default);
+    let worker = Worker::start(opening.context, opening.render, complaints.clone())?;
     let viewer = Viewer::new(Start {
         worker,
         name: opening.name,
@@ -75,19 +92,53 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     let window = window.with_title(format!("{} - hbao", title(&viewer.name))).with_app_id("hbao");
     let options = eframe::NativeOptions { viewport: window, ..eframe::NativeOptions::default() };
     let made: eframe::AppCreator<'_> = Box::new(move |created| {
+        let mut viewer = viewer;
+        viewer.heard = heard_window(created, complaints)?;
         created.egui_ctx.set_theme(egui::Theme::Dark);
         // The usual grey of labels is hard to read.
         created
             .egui_ctx
             .all_styles_mut(|style| style.visuals.override_text_color = Some(egui::Color32::from_gray(220)));
         viewer.worker.wakes(&created.egui_ctx);
+        viewer.watch.wakes(&created.egui_ctx);
         viewer.name_window(&created.egui_ctx);
         Ok(Box::new(viewer))
     });
     eframe::run_native("hbao", options, made).map_err(|error| {
         let what = error.to_string().replace('\n', " ");
-        Error::Context(format!("no window can be opened: {what}: it needs an X11 or Wayland display"))
+        match error {
+            eframe::Error::AppCreation(error) => Error::Context(format!("no window can be opened: {error}")),
+            eframe::Error::Glutin(_) | eframe::Error::NoGlutinConfigs(..) | eframe::Error::OpenGL(_) => Error::Context(
+                format!("no window can be opened: the display's driver gives it no OpenGL 3.3: {REMEDY} ({what})"),
+            ),
+            _ => Error::Context(format!("no window can be opened: {what}: it needs an X11 or Wayland display")),
+        }
     })
+}
+
+/// Checks the window's context, for which eframe asks for OpenGL 3.3 core first, and takes less if it must. Listens to
+/// it if there is a log.
+fn heard_window(
+    created: &eframe::CreationContext<'_>,
+    complaints: Option<Complaints>,
+) -> Result<Option<Hearing>, Box<dyn std::error::Error + Send + Sync>> {
+    let Some(gl) = &created.gl else { return Err("it has no OpenGL context".into()) };
+    // SAFETY: eframe calls this with the window's context current, and this is a core parameter.
+    let renderer = unsafe { gl.get_parameter_string(glow::RENDERER) };
+    if let Some(refusal) = too_old(gl.version(), &renderer) {
+        return Err(refusal.into());
+    }
+    let (Some(complaints), Some(load)) = (complaints, &created.get_proc_address) else { return Ok(None) };
+    // SAFETY: the context is current, and the addresses are its own.
+    let window = unsafe { Heard::new(gl, |name| load(name), "window", &complaints) };
+    Ok(Some(Hearing { window: Arc::new(Mutex::new(window)), complaints }))
+}
+
+/// The window's context that is heard, and what was heard of either context.
+#[derive(Clone)]
+struct Hearing {
+    window: Arc<Mutex<Heard>>,
+    complaints: Complaints,
 }
 
 impl Viewer {
@@ -121,6 +172,9 @@ impl Viewer {
                 "hash": self.hash,
                 "sides": drawn.sides.len(),
                 "current": self.is_current(),
+                "exits": drawn.sides.iter().map(|side| side.exits.clone()).collect::<Vec<_>>(),
+                "texture_bytes": drawn.sides.iter().map(|side| side.texture_bytes).collect::<Vec<_>>(),
+                "triangle_bytes": drawn.sides.iter().map(|side| side.triangle_bytes).collect::<Vec<_>>(),
             })
         });
         let toml = |settings: &Settings| settings.to_toml();
@@ -131,16 +185,26 @@ impl Viewer {
             "show": self.show.0,
             "settings": self.sides.each_ref().map(toml),
             "tab": self.tab,
+            "timed_frames": self.costs.count(),
+            "sweep": self.sweep.as_ref().map(scatter::in_json),
             "command": self.command(),
             "image": image,
             "message": self.message,
+            "truth": truth::log(self),
+            "anatomy": anatomy::log(self),
             "said": self.said,
             "widgets": log::rectangles(&self.widgets, context.pixels_per_point()),
         });
+        let hearing = self.heard.clone();
         let write = move |_: egui::PaintCallbackInfo, painter: &eframe::egui_glow::Painter| {
             // SAFETY: egui calls this with its context current.
             unsafe { painter.gl().finish() };
-            log.lock().unwrap_or_else(PoisonError::into_inner).write(line.clone());
+            let mut line = line.clone();
+            if let Some(Hearing { window, complaints }) = &hearing {
+                window.lock().unwrap_or_else(PoisonError::into_inner).ask();
+                line["gl"] = json!(complaints.take());
+            }
+            log.lock().unwrap_or_else(PoisonError::into_inner).write(line);
         };
         let callback = Arc::new(CallbackFn::new(write));
         let top = context.layer_painter(egui::LayerId::new(egui::Order::Debug, egui::Id::unique("log")));
@@ -158,19 +222,23 @@ impl eframe::App for Viewer {
         if self.name != scene {
             self.name_window(&context);
         }
-        let dropped = context.input(|input| input.raw.dropped_files.clone());
-        if let Some(file) = dropped.first() {
-            self.open(file.path());
+        self.take_dropped(&context);
+        if self.watch.has_changed() {
+            self.open_again();
         }
         let flies = keys::act(self, &context);
         egui::Panel::bottom("status").resizable(false).show(ui, |ui| panel::status(self, ui));
         egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
         let dragged = stage::show(self, ui);
+        graph::show(self, &context);
+        scatter::show(self, &context);
         panel::message(self, &context);
         keys::list(self, &context);
         let moving = flies || dragged || context.egui_is_using_pointer();
         self.resize_once(&context);
         self.order_image(moving, &context);
+        truth::follow(self, moving, &context);
+        anatomy::window(self, &context);
         self.write_log(&context);
         self.frames += 1;
     }

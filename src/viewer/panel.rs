@@ -1,7 +1,10 @@
 //! The panel beside the image, and the line below it.
 
+use super::costs::bytes;
+use super::graph;
 use super::knobs::{self, PRESETS, Preset};
 use super::state::{Compare, Viewer};
+use super::truth;
 use crate::picture;
 use eframe::egui::{self, Color32, RichText, TextEdit, Ui};
 use hbao::settings::Settings;
@@ -34,6 +37,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 /// What is shown: the image, and of which side.
 fn shown(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
+        let spacing = ui.spacing_mut();
+        (spacing.item_spacing.x, spacing.button_padding.x) = (3.0, 3.0);
         for (at, (name, image)) in picture::names().enumerate() {
             let button = ui.selectable_label(viewer.show.0 == name, name);
             let button = button.on_hover_text(format!("{}\n\nKey {}", image.help.replace('\n', " "), at + 1));
@@ -74,6 +79,7 @@ fn shown(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.keys_shown = true;
         }
     });
+    truth::panel(viewer, ui);
 }
 
 /// The two sides, and the presets of the one in the panel.
@@ -98,6 +104,12 @@ fn tabs(viewer: &mut Viewer, ui: &mut Ui) {
                 viewer.sides[viewer.tab] = of(usual);
             }
         }
+        ui.separator();
+        let plot = ui.button("plot").on_hover_text("Key V: error against time, of these and of other settings");
+        viewer.note("plot", plot.rect);
+        if plot.clicked() {
+            viewer.sweep_shown = !viewer.sweep_shown;
+        }
     });
 }
 
@@ -108,7 +120,7 @@ fn times(viewer: &Viewer, ui: &mut Ui) {
         return;
     }
     ui.separator();
-    egui::Grid::new("times").striped(true).num_columns(1 + 2 * drawn.sides.len()).spacing([14.0, 2.0]).show(ui, |ui| {
+    egui::Grid::new("times").striped(true).num_columns(1 + 2 * drawn.sides.len()).spacing([8.0, 2.0]).show(ui, |ui| {
         ui.strong("pass");
         for side in names(viewer) {
             ui.strong(format!("{side} GPU ms"));
@@ -122,7 +134,10 @@ fn times(viewer: &Viewer, ui: &mut Ui) {
             }
         }
         for pass in passes {
-            ui.label(pass);
+            ui.horizontal(|ui| {
+                graph::swatch(ui, graph::colour(&viewer.costs, pass));
+                ui.label(pass);
+            });
             for side in &drawn.sides {
                 let time = side.times.iter().find(|time| time.name == pass);
                 let cell = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.2}"));
@@ -229,14 +244,20 @@ pub(super) fn status(viewer: &Viewer, ui: &mut Ui) {
                 1 => format!("{width}x{height}"),
                 divisor => format!("{width}x{height}, 1/{divisor} of it while moving"),
             };
+            let held = drawn.sides.iter().map(|side| bytes(side.texture_bytes + side.triangle_bytes));
             format!(
-                "{size}, {:.0} ms, {} samples a pixel, msaa {}",
+                "{size}, {:.0} ms, {} samples a pixel, msaa {}, {} on the GPU",
                 1e3 * drawn.seconds,
                 samples.join(" and "),
-                depths.join(" and ")
+                depths.join(" and "),
+                held.collect::<Vec<_>>().join(" and ")
             )
         }
     }];
+    let sides = viewer.drawn.iter().flat_map(|drawn| &drawn.sides);
+    parts.extend(
+        names(viewer).iter().zip(sides).filter_map(|(name, side)| Some(format!("{name}: {}", side.exits.as_ref()?))),
+    );
     parts.extend(viewer.drawn.iter().filter_map(|drawn| drawn.notices.first().cloned()));
     parts.extend(Some(viewer.said.clone()).filter(|said| !said.is_empty()));
     ui.add(egui::Label::new(parts.join("   |   ")).truncate());

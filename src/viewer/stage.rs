@@ -1,6 +1,9 @@
 //! The image in the window: its two sides, their difference, the magnifier, and the pointer that moves the camera.
 
-use super::state::{Compare, Viewer, color_image};
+use super::anatomy;
+use super::label::{divide, label};
+use super::state::{Compare, UPRIGHT, Viewer, color_image};
+use super::truth;
 use crate::picture::Pixels;
 use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use hbao::image::Image;
@@ -15,9 +18,6 @@ const CELL: f32 = 14.0;
 /// By how much a point of the wheel makes the distance shorter.
 const PER_POINT: f64 = 0.002;
 
-/// The part of a texture that is shown, upside down, because images have their bottom row first.
-const UPRIGHT: Rect = Rect { min: pos2(0.0, 1.0), max: pos2(1.0, 0.0) };
-
 /// Shows the image. Returns whether the pointer moves the camera.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) -> bool {
     let area = place(viewer, ui);
@@ -27,10 +27,16 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) -> bool {
         // The keys are the image's again, not a field's.
         ui.memory_mut(|memory| memory.stop_text_input());
     }
-    let split = viewer.compare == Compare::Split;
-    let handled = split && divider(viewer, ui, area);
+    let split = viewer.compare == Compare::Split || truth::splits(viewer);
+    let handled = split && divider(viewer, ui, &response, area);
     let moving = !handled && moved(viewer, ui, &response, area);
     paint(viewer, ui, area);
+    let painter = ui.painter().with_clip_rect(area);
+    truth::paint(viewer, &painter, area);
+    if let (true, Some(at)) = (response.clicked() && !handled, response.interact_pointer_pos()) {
+        anatomy::choose(viewer, area, at);
+    }
+    anatomy::paint(viewer, &painter, area);
     if viewer.magnified
         && let Some(pointer) = response.hover_pos()
     {
@@ -74,17 +80,27 @@ fn moved(viewer: &mut Viewer, ui: &Ui, response: &egui::Response, area: Rect) ->
 }
 
 /// The divider's handle. Returns whether it is being dragged.
-fn divider(viewer: &mut Viewer, ui: &Ui, area: Rect) -> bool {
+///
+/// A quick pointer leaves the handle within the frame in which the button is pressed, and the drag is then the image's
+/// for egui. Where the button was pressed decides.
+fn divider(viewer: &mut Viewer, ui: &Ui, image: &egui::Response, area: Rect) -> bool {
     let x = area.left() + viewer.divider * area.width();
     let handle = Rect::from_x_y_ranges(x - HANDLE..=x + HANDLE, area.y_range());
     let response = ui
         .interact(handle, ui.scope_id().with("divider"), Sense::drag())
         .on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
     viewer.note("divider", handle);
-    if let (true, Some(pointer)) = (response.dragged(), response.interact_pointer_pos()) {
+    if image.drag_started_by(egui::PointerButton::Primary) {
+        viewer.divider_left = ui.input(|input| input.pointer.press_origin()).is_some_and(|at| handle.contains(at));
+    }
+    let of_image = viewer.divider_left && image.dragged_by(egui::PointerButton::Primary);
+    viewer.divider_left = of_image;
+    let pointer = ui.input(|input| input.pointer.interact_pos());
+    let dragged = response.dragged() || of_image;
+    if let (true, Some(pointer)) = (dragged, pointer) {
         viewer.divider = ((pointer.x - area.left()) / area.width()).clamp(0.02, 0.98);
     }
-    response.dragged()
+    dragged
 }
 
 /// Paints the image, and in a split view the divider.
@@ -99,11 +115,7 @@ fn paint(viewer: &mut Viewer, ui: &Ui, area: Rect) {
             painter.image(first, area, UPRIGHT, Color32::WHITE);
             let right = Rect::from_min_max(pos2(x, area.top()), area.max);
             painter.with_clip_rect(right).image(second, area, UPRIGHT, Color32::WHITE);
-            painter.vline(x, area.y_range(), Stroke::new(3.0, Color32::BLACK));
-            painter.vline(x, area.y_range(), Stroke::new(1.0, Color32::WHITE));
-            for (name, align, at) in [("A", Align2::RIGHT_TOP, x - 8.0), ("B", Align2::LEFT_TOP, x + 8.0)] {
-                label(&painter, pos2(at, area.top() + 8.0), align, name);
-            }
+            divide(&painter, x, area, ["A", "B"]);
         }
         (Compare::Difference, Some(_)) => {
             if let Some(texture) = difference(viewer, ui.ctx()) {
@@ -117,14 +129,6 @@ fn paint(viewer: &mut Viewer, ui: &Ui, area: Rect) {
             painter.image(first, area, UPRIGHT, Color32::WHITE);
         }
     }
-}
-
-/// Light text on a dark ground, which can be read on every image.
-fn label(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {
-    let text = painter.layout_no_wrap(text.into(), FontId::proportional(15.0), Color32::WHITE);
-    let rect = align.anchor_size(at, text.size());
-    painter.rect_filled(rect.expand(4.0), 3.0, Color32::from_black_alpha(190));
-    painter.galley(rect.min, text, Color32::WHITE);
 }
 
 /// The images of the two sides, if both are there.
@@ -199,7 +203,11 @@ fn magnifier(viewer: &Viewer, ui: &Ui, area: Rect, pointer: Pos2) {
         let text = format!("{name} {}", value(&image.pixels, shown.width, x, y));
         painter.text(from - vec2(0.0, 20.0), Align2::LEFT_TOP, text.trim(), FontId::monospace(12.0), Color32::WHITE);
         if at == 0 {
-            let place = format!("x {x}, y {} from the top left", shown.height as i64 - 1 - y);
+            let traced = viewer.truth.refined.as_ref().map(|refined| &refined.visibility);
+            let traced = traced.filter(|truth| (truth.width, truth.height) == (shown.width, shown.height));
+            let traced = traced.map(|truth| format!(", truth {:.4}", truth.at(x as usize, y as usize)));
+            let top = shown.height as i64 - 1 - y;
+            let place = format!("x {x}, y {top}{}", traced.unwrap_or_else(|| " from the top left".into()));
             painter.text(
                 from - vec2(0.0, 38.0),
                 Align2::LEFT_TOP,

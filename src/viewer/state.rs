@@ -1,11 +1,17 @@
 //! What the window shows, and what its panel and keys can do with it.
 
+use super::Hearing;
+use super::costs::Costs;
 use super::eye::Eye;
 use super::log::{self, Log};
 use super::request::{self, Rendered};
+use super::section::Inspection;
+use super::sweep::Sweep;
+use super::tracing::{Look, Truth};
+use super::watch::Watch;
 use super::worker::{Answer, Drawn, Job, Order, Worker, title};
 use crate::picture::{self, ImageKind};
-use eframe::egui::{self, Rect, TextureHandle};
+use eframe::egui::{self, Rect, TextureHandle, pos2};
 use hbao::Error;
 use hbao::context::Backend;
 use hbao::image::{Image, Outputs};
@@ -57,11 +63,21 @@ pub(super) struct Viewer {
     pub(super) compare: Compare,
     /// Where the divider is: a share of the image's width.
     pub(super) divider: f32,
+    /// Whether the divider is dragged by a pointer that left it at once.
+    pub(super) divider_left: bool,
     /// By what the difference is multiplied.
     pub(super) gain: f32,
     /// The name of the image, and the image.
     pub(super) show: (&'static str, &'static ImageKind),
     pub(super) timed: bool,
+    pub(super) truth: Truth,
+    pub(super) inspection: Inspection,
+    pub(super) costs: Costs,
+    /// Whether error against time is shown, and the measurement of it.
+    pub(super) sweep_shown: bool,
+    pub(super) sweep: Option<Sweep>,
+    /// The files of the scene, which may change.
+    pub(super) watch: Watch,
     pub(super) magnified: bool,
     pub(super) keys_shown: bool,
     /// What went wrong last.
@@ -93,6 +109,8 @@ pub(super) struct Viewer {
     /// When the input of this frame arrived, in milliseconds since the start.
     pub(super) input: f64,
     pub(super) log: Option<Arc<Mutex<Log>>>,
+    /// The drivers that are heard, if there is a log.
+    pub(super) heard: Option<Hearing>,
     /// The widgets of this frame, for the log.
     pub(super) widgets: Vec<(String, Rect)>,
     pub(super) frames: u64,
@@ -120,7 +138,6 @@ impl Viewer {
         Ok(Viewer {
             worker,
             model_text: name.to_string_lossy().into_owned(),
-            name,
             scene: Arc::new(scene),
             backend,
             first: eye.clone(),
@@ -129,9 +146,16 @@ impl Viewer {
             tab: 0,
             compare: Compare::One,
             divider: 0.5,
+            divider_left: false,
             gain: 8.0,
             show,
             timed: false,
+            truth: Truth::new(),
+            inspection: Inspection::default(),
+            costs: Costs::default(),
+            sweep_shown: false,
+            sweep: None,
+            watch: Watch::start(&name),
             magnified: false,
             keys_shown: false,
             message: None,
@@ -150,14 +174,24 @@ impl Viewer {
             start,
             input: 0.0,
             log: log.map(|log| Arc::new(Mutex::new(log))),
+            heard: None,
             widgets: Vec::new(),
             frames: 0,
+            name,
         })
     }
 
     /// The settings in the panel.
     pub(super) fn settings(&self) -> &Settings {
         &self.sides[self.tab]
+    }
+
+    /// The names of the sides on the screen.
+    pub(super) fn side_names(&self) -> [&'static str; 2] {
+        match self.drawn.as_ref().map_or(1, |drawn| drawn.sides.len()) {
+            1 if self.tab == 1 => ["B", "A"],
+            _ => ["A", "B"],
+        }
     }
 
     /// Notes where a widget is, for the log.
@@ -244,6 +278,19 @@ impl Viewer {
         self.order(Order::Open(name.into()));
     }
 
+    /// Opens the first of the files that were dropped on the window.
+    pub(super) fn take_dropped(&mut self, context: &egui::Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.clone());
+        if let Some(file) = dropped.first() {
+            self.open(file.path());
+        }
+    }
+
+    /// Reads the files of the scene again, which have changed. The scene on the screen stays until they are read.
+    pub(super) fn open_again(&mut self) {
+        self.order(Order::OpenAgain(self.name.clone()));
+    }
+
     fn order(&mut self, order: Order) {
         if !self.worker.order(order) {
             self.message = Some("the thread that renders has ended: close the window, and start again".into());
@@ -264,6 +311,10 @@ impl Viewer {
                     self.said.clear();
                     self.message = Some(error.to_string());
                 }
+                Answer::OpenedAgain(name, scene) => {
+                    let opened = scene.and_then(|scene| self.take_scene_again(name, *scene));
+                    self.report(opened);
+                }
                 Answer::Saved(path, Ok(())) => self.said = format!("The image was saved as {}.", path.display()),
                 Answer::Saved(_, Err(error)) => {
                     self.said.clear();
@@ -273,11 +324,23 @@ impl Viewer {
         }
     }
 
-    fn take_scene(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
-        if scene.mesh.diagonal() == 0.0 {
-            let what = "all its points coincide, so there is nothing to see".into();
-            return Err(Error::Input { path: name.into(), what });
+    /// Takes a scene whose files have changed. Camera and settings stay.
+    fn take_scene_again(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
+        // Another one may have been opened meanwhile.
+        if name != self.name {
+            return Ok(());
         }
+        check_extent(&name, &scene)?;
+        self.said = match scene.notices.first() {
+            Some(notice) => notice.clone(),
+            None => format!("{} has changed, and was read again.", title(&name)),
+        };
+        (self.scene, self.message) = (Arc::new(scene), None);
+        Ok(())
+    }
+
+    fn take_scene(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
+        check_extent(&name, &scene)?;
         let eye = Eye::new(&scene.view, &scene.mesh, self.size)?;
         for settings in &mut self.sides {
             // A length in units of the earlier scene means nothing here.
@@ -293,6 +356,7 @@ impl Viewer {
         (self.first, self.eye) = (eye.clone(), eye);
         (self.name, self.scene, self.message) = (name, Arc::new(scene), None);
         self.model_text = self.name.to_string_lossy().into_owned();
+        self.watch.of(&self.name);
         Ok(())
     }
 
@@ -301,6 +365,7 @@ impl Viewer {
         if drawn.job.divisor == 1 && (!drawn.compiled || self.full_seconds == 0.0) {
             self.full_seconds = drawn.seconds;
         }
+        self.costs.note(&drawn, self.tab);
         // Texels are seen as they are where one is a pixel.
         let options = match drawn.job.divisor {
             1 => egui::TextureOptions::NEAREST,
@@ -318,6 +383,7 @@ impl Viewer {
             self.hash = drawn.sides.first().map_or_else(String::new, |side| log::hash(&side.shown));
         }
         (self.drawn, self.difference) = (Some(drawn), None);
+        (self.truth.stale, self.inspection.stale) = (true, true);
     }
 
     /// Whether the image on the screen is the one that was ordered last.
@@ -338,6 +404,8 @@ impl Viewer {
             size: self.size,
             divisor: 1,
             timed: self.timed,
+            measured: self.truth.look != Look::Off,
+            inspected: self.inspection.is_on,
         };
         let divisor = (self.full_seconds / LONGEST).sqrt().ceil().clamp(1.0, f64::from(LARGEST_DIVISOR)) as u32;
         let changed = self.ordered.as_ref().is_none_or(|ordered| !job.same(&Job { divisor: 1, ..ordered.clone() }));
@@ -356,6 +424,17 @@ impl Viewer {
         self.ordered = Some(job.clone());
         self.order(Order::Draw(job, self.input));
     }
+}
+
+/// The part of a texture that is shown, upside down, because images have their bottom row first.
+pub(super) const UPRIGHT: Rect = Rect { min: pos2(0.0, 1.0), max: pos2(1.0, 0.0) };
+/// Refuses a scene without an extent.
+fn check_extent(name: &OsStr, scene: &Scene) -> Result<(), Error> {
+    if scene.mesh.diagonal() > 0.0 {
+        return Ok(());
+    }
+    let what = "all its points coincide, so there is nothing to see".into();
+    Err(Error::Input { path: name.into(), what })
 }
 
 /// An image for egui, with the same order of rows: the bottom row first.

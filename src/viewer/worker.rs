@@ -1,11 +1,13 @@
 //! Renders on a thread of its own, so that the window never waits for an image. The thread has an OpenGL context of its
 //! own too, the one that `hbao render` would have.
 
-use crate::picture::{self, ImageKind, Pixels};
+use super::complaints::{Complaints, Heard};
+use crate::picture::{self, ImageKind, NEVER_EXITS, Pixels};
+use crate::report::tables::cells::percent;
 use eframe::egui;
 use hbao::context::Context;
 use hbao::image::Image;
-use hbao::scene::{Scene, View};
+use hbao::scene::{Camera, Scene, View};
 use hbao::settings::{DepthFormat, NormalFormat, Settings};
 use hbao::{Apply, Error, PassTime, Pipeline, Request};
 use std::ffi::{OsStr, OsString};
@@ -37,6 +39,10 @@ pub(super) struct Job {
     /// By how much the width and the height are divided.
     pub(super) divisor: u32,
     pub(super) timed: bool,
+    /// Whether ambient occlusion is compared with the truth, so that it is read back whatever the image shows.
+    pub(super) measured: bool,
+    /// Whether a pixel is taken apart, for which everything that ambient occlusion is computed from is read back.
+    pub(super) inspected: bool,
 }
 
 impl Job {
@@ -45,7 +51,8 @@ impl Job {
         Arc::ptr_eq(&self.scene, &other.scene)
             && std::ptr::eq(self.show, other.show)
             && (&self.sides, &self.view, self.size) == (&other.sides, &other.view, other.size)
-            && (self.divisor, self.timed) == (other.divisor, other.timed)
+            && (self.divisor, self.timed, self.measured) == (other.divisor, other.timed, other.measured)
+            && self.inspected == other.inspected
     }
 }
 
@@ -55,6 +62,8 @@ pub(super) enum Order {
     Draw(Job, f64),
     /// Open a model by its name or path.
     Open(OsString),
+    /// Open the present model again, because its files have changed.
+    OpenAgain(OsString),
     /// Run `hbao render` with these arguments, which write this file.
     Save(Vec<OsString>, PathBuf),
 }
@@ -63,9 +72,29 @@ pub(super) enum Order {
 pub(super) struct Side {
     pub(super) pixels: Pixels,
     pub(super) shown: Image<[u8; 3]>,
+    /// What share of the surface exits early, if the image shows that.
+    pub(super) exits: Option<String>,
+    /// Ambient occlusion after the blur, if it is compared with the truth.
+    pub(super) ao: Option<Image<f32>>,
+    /// What ambient occlusion was computed from, if a pixel is taken apart.
+    pub(super) inspected: Option<Inspected>,
     pub(super) times: Vec<PassTime>,
     /// Depth samples per pixel, as the driver gives them.
     pub(super) samples: u32,
+    /// What the pipeline holds on the GPU, and what the triangles of a frame take there.
+    pub(super) texture_bytes: u64,
+    pub(super) triangle_bytes: u64,
+}
+
+/// What ambient occlusion was computed from.
+pub(super) struct Inspected {
+    pub(super) depth: Image<f32>,
+    pub(super) normals: Image<[f32; 3]>,
+    /// Ambient occlusion before the blur.
+    pub(super) raw: Option<Image<f32>>,
+    pub(super) camera: Camera,
+    /// The settings, with the radius in scene units.
+    pub(super) settings: Settings,
 }
 
 /// What a [`Job`] led to.
@@ -84,6 +113,7 @@ pub(super) struct Drawn {
 pub(super) enum Answer {
     Drawn(Result<Box<Drawn>, Error>),
     Opened(OsString, Result<Box<Scene>, Error>),
+    OpenedAgain(OsString, Result<Box<Scene>, Error>),
     Saved(PathBuf, Result<(), Error>),
 }
 
@@ -99,7 +129,8 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Starts the thread, and waits until it has its context.
-    pub(super) fn start(open: OpenContext, render: Render) -> Result<Worker, Error> {
+    /// If there are complaints to note, the context is heard.
+    pub(super) fn start(open: OpenContext, render: Render, complaints: Option<Complaints>) -> Result<Worker, Error> {
         let (orders, ordered) = channel();
         let (answer, answers) = channel();
         let (ready, opened) = channel();
@@ -111,7 +142,13 @@ impl Worker {
                 Err(error) => return drop(ready.send(Err(error))),
             };
             let _ = ready.send(Ok(()));
+            // SAFETY: the context is current on this thread, and the addresses are its own.
+            let listen = |complaints: &Complaints| unsafe {
+                Heard::new(context.gl(), |name| context.get_proc_address(name), "render", complaints)
+            };
+            let mut heard = complaints.as_ref().map(listen);
             serve(&context, render, &ordered, |answered| {
+                heard.iter_mut().for_each(Heard::ask);
                 let sent = answer.send(answered).is_ok();
                 if let Some(window) = wakes.get() {
                     window.request_repaint();
@@ -152,7 +189,7 @@ impl Drop for Worker {
 
 /// Does what is ordered, until there is nobody to answer. Of several images that were ordered, only the last is
 /// rendered.
-fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, answer: impl Fn(Answer) -> bool) {
+fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, mut answer: impl FnMut(Answer) -> bool) {
     let mut pipelines = Pipelines(Vec::new());
     while let Ok(first) = ordered.recv() {
         let mut waiting: Vec<Order> = [first].into_iter().chain(ordered.try_iter()).collect();
@@ -170,6 +207,10 @@ fn serve(context: &Context, render: Render, ordered: &Receiver<Order>, answer: i
                 Order::Open(name) => {
                     let scene = Scene::open(&name).map(Box::new);
                     Answer::Opened(name, scene)
+                }
+                Order::OpenAgain(name) => {
+                    let scene = Scene::open(&name).map(Box::new);
+                    Answer::OpenedAgain(name, scene)
                 }
                 Order::Save(arguments, path) => Answer::Saved(path, render(context, &arguments)),
             };
@@ -192,11 +233,13 @@ impl Pipelines {
         let (width, height) = job.size;
         let size = (width.div_ceil(job.divisor), height.div_ceil(job.divisor));
         let (camera, mut notices) = job.view.camera(&job.scene.mesh, width, height)?;
-        let request = Request { timings: job.timed, ..picture::request([job.show], Apply::All) };
+        let images = [job.show].into_iter().chain(job.measured.then_some(&picture::AO));
+        let images = images.chain(job.inspected.then_some(&picture::AO_RAW));
+        let request = Request { timings: job.timed, ..picture::request(images, Apply::All) };
         let (mut sides, mut compiled) = (Vec::new(), false);
         for settings in &job.sides {
             let mut settings = settings.resolved(job.scene.mesh.diagonal());
-            if job.show.is_unblurred() {
+            if job.show.is_unblurred() && !job.measured {
                 settings.blur = 0;
             }
             settings.validate()?;
@@ -212,7 +255,16 @@ impl Pipelines {
             notices.extend(
                 pipeline.notices().iter().filter(|notice| !notices.contains(notice)).cloned().collect::<Vec<_>>(),
             );
-            sides.push(Side { shown: pixels.shown(), pixels, times, samples: pipeline.samples() });
+            let (shown, exits) = (pixels.shown(), exits_in_words(&pixels, &settings));
+            let ao = job.measured.then(|| pipeline.ao()).transpose()?;
+            let inspected = job.inspected.then(|| {
+                let (depth, normals, raw) = (pipeline.depth()?, pipeline.normals()?, pipeline.ao_raw().cloned());
+                Ok::<_, Error>(Inspected { depth, normals, raw, camera, settings: settings.clone() })
+            });
+            let inspected = inspected.transpose()?;
+            let (texture_bytes, triangle_bytes) = (pipeline.texture_bytes(), pipeline.triangle_bytes());
+            let samples = pipeline.samples();
+            sides.push(Side { shown, exits, ao, inspected, pixels, times, samples, texture_bytes, triangle_bytes });
         }
         Ok(Drawn { job, input, sides, seconds: start.elapsed().as_secs_f64(), compiled, notices })
     }
@@ -241,6 +293,17 @@ impl Pipelines {
         let last = self.0.len() - 1;
         Ok((&mut self.0[last].1, compiles))
     }
+}
+
+/// Says at what share of the surface the method exits early, if the image shows that.
+fn exits_in_words(pixels: &Pixels, settings: &Settings) -> Option<String> {
+    let [exits, covered] = pixels.exits()?;
+    let name = settings.method.name();
+    Some(match exits {
+        _ if !settings.method.reads("exit") => format!("{name} {NEVER_EXITS}"),
+        0 => format!("{name} exits early nowhere"),
+        _ => format!("{name} exits early at {} of the surface", percent(exits as f64 / covered as f64)),
+    })
 }
 
 /// The name of a scene as a title shows it: a built-in scene's name, or the file's name without its folder.

@@ -67,8 +67,8 @@ mod images {
     #[test]
     fn every_image_opens_elsewhere_in_its_size_and_layout() {
         let folder = folder();
-        for show in ["final", "ao", "ao-raw", "color", "depth", "normals", "edges"] {
-            let rgb = matches!(show, "final" | "color" | "normals");
+        for show in ["final", "ao", "ao-raw", "color", "depth", "normals", "edges", "exits"] {
+            let rgb = matches!(show, "final" | "color" | "normals" | "exits");
             for extension in ["png", "exr"] {
                 let name = format!("{show}.{extension}");
                 assert_eq!(notices(&render(folder.path(), &format!("-o {name} --show {show}"))), [""; 0]);
@@ -437,6 +437,7 @@ mod settings {
             ("--grounding direction --method hbao-talk", "--grounding"),
             ("--exit paper --method ssao", "--exit"),
             ("--show depth --exit shorten", "--exit"),
+            ("--show exits --blur 5", "--blur"),
             ("--show depth --timings t.json --steps 3", "--steps"),
             ("--show ao-raw --timings t.json --blur 5", "--blur"),
             ("--bias 9 --method ray-march", "--bias"),
@@ -739,6 +740,27 @@ mod unmeant {
     fn mean(folder: &Path, name: &str) -> f64 {
         let image: Image<f32> = exr::read(&folder.join(name)).unwrap();
         image.texels.iter().map(|&a| f64::from(a)).sum::<f64>() / image.texels.len() as f64
+    }
+
+    #[test]
+    fn the_texels_that_exit_early_are_shown_and_their_visibility_is_1() {
+        let folder = folder();
+        for flags in ["--steps 24", "--steps 12 --half-res"] {
+            let said = notice(folder.path(), &format!("-o exits.png --show exits --size 160x120 {flags}"));
+            render(folder.path(), &format!("-o raw.exr --show ao-raw --size 160x120 {flags}"));
+            let shown = png::read::<[u8; 3]>(&folder.path().join("exits.png")).unwrap();
+            let raw = exr::read::<f32>(&folder.path().join("raw.exr")).unwrap();
+            let all: Vec<_> = shown.texels.iter().zip(&raw.texels).filter(|(texel, _)| **texel != [0; 3]).collect();
+            let exits = all.iter().filter(|(texel, _)| **texel == [255, 140, 0]).inspect(|(_, a)| assert_eq!(**a, 1.0));
+            let share = 100.0 * exits.count() as f64 / all.len() as f64;
+            assert!(share > 5.0 && share < 95.0, "{share}");
+            let grey = |a: f32| [(255.0 * a).round() as u8; 3];
+            assert!(all.iter().all(|(texel, a)| **texel == [255, 140, 0] || **texel == grey(**a)));
+            let number = said.split("visibility is 1 at ").nth(1).and_then(|rest| rest.split('%').next()).unwrap();
+            assert!((number.parse::<f64>().unwrap() - share).abs() < 0.51, "{share} {said}");
+        }
+        let said = notice(folder.path(), "-o none.png --show exits --method ray-march --rays 1 --directions 2");
+        assert!(said.contains("ray-march never exits early"), "{said}");
     }
 
     #[test]

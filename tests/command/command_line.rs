@@ -140,7 +140,7 @@ mod mistakes {
             (
                 2,
                 "render -o a.png --truth-rays 4",
-                "render does not take '--truth-rays'; truth, trade, tune, paper take it",
+                "render does not take '--truth-rays'; truth, trade, tune, paper, sequence take it",
             ),
             (2, "info --max-ms=4", "info does not take '--max-ms'; tune takes it"),
             (2, "completions csh", "'csh' is not one of bash, elvish, fish, powershell, zsh"),

@@ -41,15 +41,15 @@ fn a_glb_file_is_rendered_through_each_of_its_cameras() {
     };
     // The cameras are those that flags describe.
     let fov_y = 0.5_f64.to_degrees();
-    let front = pixels(&image("--camera front"));
+    let front = image("--camera front");
     let flags = format!("--eye 0.5,0.5,3 --target 0.5,0.5,0 --fov-y {fov_y} --near 0.5 --far 20");
-    assert_eq!(front, pixels(&image(&flags)));
-    let far_off = pixels(&image("--camera far_off"));
-    assert_eq!(far_off, pixels(&image("--eye 0.5,0.5,9 --target 0.5,0.5,0 --ortho 4 --near 0.5 --far 10")));
+    assert_eq!(front, image(&flags));
+    let far_off = image("--camera far_off");
+    assert_eq!(far_off, image("--eye 0.5,0.5,9 --target 0.5,0.5,0 --ortho 4 --near 0.5 --far 10"));
     assert_ne!(front, far_off);
-    assert_ne!(front, pixels(&image("")), "without the flag the whole scene is framed");
+    assert_ne!(front, image(""), "without the flag the whole scene is framed");
     // Flags override the camera.
-    assert_eq!(far_off, pixels(&image("--camera front --eye 0.5,0.5,9 --target 0.5,0.5,0 --ortho 4 --near 0.5 --far 10")));
+    assert_eq!(far_off, image("--camera front --eye 0.5,0.5,9 --target 0.5,0.5,0 --ortho 4 --near 0.5 --far 10"));
 
     let (code, stderr) = render("render m.glb -o out.png --camera back");
     assert_eq!(code, Some(2));

@@ -107,7 +107,7 @@ const FLAGS: &[(&str, &[&str], &[&str])] = &[
     ("--backend", &["auto", "egl", "osmesa"], &["wgl", ""]),
     ("--truth-rays", &["2", "16"], &["0", "1", "3", "65538", "4294967295", "4294967296", "-2"]),
     ("--runs", &["1"], &["0", "1001", "4294967295", "18446744073709551616", "1.5"]),
-    ("--show", &["final", "ao", "ao-raw", "color", "depth", "normals", "edges"], &["all", ""]),
+    ("--show", &["final", "ao", "ao-raw", "color", "depth", "normals", "edges", "exits"], &["all", ""]),
     ("--apply", &["all", "ambient"], &["none"]),
     ("--dump", &["dumped"], &["none/dumped", ""]),
     ("--timings", &["t.json", "-"], &["t.png", "none/t.json", ""]),

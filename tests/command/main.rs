@@ -4,6 +4,7 @@
 mod rig;
 
 mod bench;
+mod cameras;
 mod cli;
 mod command_line;
 mod compare;
@@ -15,6 +16,7 @@ mod page;
 mod paper;
 mod refusals;
 mod scenes;
+mod sequence;
 mod tiles;
 mod trade;
 mod tune;

@@ -121,8 +121,8 @@ fn extents_and_tiles_that_make_no_sense() {
         (USAGE, "--tile 0/1,0/4294967295", "is empty: the image has 48 pixel rows"),
         (USAGE, "--tile 0/2,0/1 --method ray-march", "ray-march"),
         (USAGE, "--size 300000x10 --tile 0/100,0/1", "up to 262144x262144 pixels"),
-        (USAGE, "--size 200000x10 --tile 0/2,0/1", "give a smaller tile"),
-        (USAGE, "--size 30000x30000 --tile 0/9,0/9 --radius 1e9", "give a smaller tile"),
+        (USAGE, "--size 200000x10 --tile 0/2,0/1", "give smaller tiles"),
+        (USAGE, "--size 30000x30000 --tile 0/9,0/9 --radius 1e9", "give smaller tiles"),
     ]);
 }
 

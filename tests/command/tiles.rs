@@ -249,3 +249,78 @@ fn extents_and_tiles_are_in_the_metadata_and_truth_takes_the_extents() {
     let output = cached(folder, "truth -o t.exr --size 24x16 --frustum=-0.1,0.3,-0.2,0.25 --truth-rays 2");
     assert!(output.status.success(), "{}", texts(&output)[1]);
 }
+
+/// Reads a grey PNG as visibility.
+fn grey(folder: &Path, name: &str) -> Image<f32> {
+    let image: Image<u8> = png::read(&folder.join(name)).unwrap();
+    image.map(|byte| f32::from(byte) / 255.0)
+}
+
+#[test]
+fn a_picture_that_is_rendered_in_tiles_is_the_one_in_one_piece() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let lens = Lens::FovY(50_f64.to_radians());
+    for arguments in ["", "--half-res --blur 21", "--method ssao", "--method hbao-view --blur 0", "--radius 12%view"] {
+        let arguments = format!("{arguments} --msaa 1 --fov-y 50");
+        render(folder, "whole", &arguments);
+        let [raw_doubt, doubt] = ambiguous(folder, lens);
+        for (show, file, doubt) in [("ao", "ao", &doubt), ("ao-raw", "ao_raw", &raw_doubt)] {
+            let whole = floats(folder, &format!("whole/{file}.exr"));
+            let (width, height) = SIZE;
+            let tiles =
+                format!("render nave -o tiles.png --size {width}x{height} {arguments} --show {show} --tile-size 64");
+            let output = cached(folder, &tiles);
+            assert_eq!(output.status.code(), Some(0), "{tiles}: {:?}", texts(&output));
+            let tiles = grey(folder, "tiles.png");
+            assert_eq!((tiles.width, tiles.height), (whole.width, whole.height), "{arguments} {show}");
+            // Half a step of 8 bits is rounding.
+            hold_part(&tiles, &whole, doubt, 1.501 / 255.0, (0, 0));
+            assert!(tiles.texels.iter().any(|&a| a < 0.9), "{arguments} {show}");
+        }
+    }
+}
+
+#[test]
+fn a_size_above_the_drivers_limit_is_rendered_in_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let arguments = "--size 17000x40 --fov-y 50 --msaa 1 --blur 0 --radius 2 --exit shorten --show ao";
+    for more in ["-o whole.png", "-o left.png --tile 0/2,0/1", "-o right.png --tile 1/2,0/1"] {
+        let output = cached(folder, &format!("render nave {arguments} {more}"));
+        assert_eq!(output.status.code(), Some(0), "{more}: {:?}", texts(&output));
+    }
+    let [whole, left, right]: [Image<u8>; 3] =
+        ["whole", "left", "right"].map(|name| png::read(&folder.join(name).with_extension("png")).unwrap());
+    assert_eq!((whole.width, whole.height), (17000, 40));
+    let joined = Image::from_fn(17000, 40, |x, y| if x < 8500 { left.at(x, y) } else { right.at(x - 8500, y) });
+    let off = whole.texels.iter().zip(&joined.texels).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+    assert!(off <= 17000 * 40 / 1000, "{off}");
+    assert!(whole.texels.iter().any(|&a| a < 200));
+    let stored =
+        |name: &str| png::read_text(&folder.join(name)).unwrap().into_iter().find(|(k, _)| k == "hbao").unwrap().1;
+    let table: toml::Table = stored("whole.png").parse().unwrap();
+    assert_eq!(table["render"]["size"].as_array().unwrap().len(), 2);
+    assert!(!table["render"].as_table().unwrap().contains_key("tile"));
+}
+
+#[test]
+fn what_cannot_be_rendered_in_tiles_is_refused_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (arguments, said) in [
+        ("-o a.exr --tile-size 64", "an EXR is written in one piece: render its parts by --tile instead"),
+        ("-o a.png --tile-size 64 --show depth", "the greys of a PNG of depth depend on the whole image"),
+        ("-o a.png --tile-size 64 --dump all", "--dump and --timings are of an image in one piece"),
+        ("-o a.png --tile-size 64 --method ray-march", "a part of a picture cannot be rendered by ray-march"),
+        ("-o a.png --tile-size 63", "--tile-size: '63' is not a whole number from 64 to 65536"),
+        ("-o a.png --tile-size 64 --tile 0/2,0/2", "cannot be used with"),
+        ("-o a.png --size 17000x16000 --radius 1e6", "give a smaller --radius or a smaller --size"),
+        ("-o a.png --size 300000x10", "an image may have up to 262144x262144 pixels"),
+    ] {
+        let output = cached(folder, &format!("render nave --size 96x64 {arguments}"));
+        let [_, stderr] = texts(&output);
+        assert!(matches!(output.status.code(), Some(1 | 2)) && stderr.contains(said), "{arguments}: {stderr}");
+        assert!(names(folder).is_empty(), "{arguments}: {:?}", names(folder));
+    }
+}

@@ -6,6 +6,7 @@ mod image_files;
 mod layers;
 mod scene;
 mod settings;
+mod textures;
 
 #[path = "../rig/random.rs"]
 #[allow(dead_code, unreachable_pub)]

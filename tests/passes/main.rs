@@ -5,6 +5,7 @@
 mod rig;
 
 mod analytic;
+mod bytes;
 mod changes;
 mod claims;
 mod comparator;
@@ -21,6 +22,7 @@ mod golden;
 mod half_resolution;
 mod inputs;
 mod invariance;
+mod materials;
 mod off_centre;
 mod output;
 mod precision;

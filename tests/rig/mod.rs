@@ -6,6 +6,7 @@ pub mod by_hand;
 #[cfg(feature = "cli")]
 pub mod command;
 pub mod compare;
+pub mod cuts;
 pub mod debug;
 pub mod faults;
 pub mod formats;

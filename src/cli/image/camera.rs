@@ -1,19 +1,15 @@
 //! The camera that a picture was rendered with, which the picture itself does not tell.
 
-use crate::cli::flags::{self, lens_arguments, number, numbers, read_lens, signed, text, valued};
+use crate::cli::camera::{self, lens_arguments, prefixed, read_lens, read_matrix};
+use crate::cli::flags::{self, number, signed, text, valued};
 use clap::{Arg, ArgGroup, ArgMatches, Command};
 use hbao::image::exr;
 use hbao::scene::{Lens, View};
 use hbao::{ClipRange, DepthEncoding, Error, Hand, Projection, ProjectionMatrix};
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 /// The flags of which exactly one must be given.
 const CAMERAS: [&str; 6] = ["fov-y", "ortho", "frustum", "ortho-frustum", "intrinsics", "projection"];
-
-/// The longest file of a matrix that is read, in bytes.
-const LONGEST: u64 = 1 << 16;
 
 const CLIP_RANGES: [(&str, ClipRange); 2] = [("-1..1", ClipRange::MinusOneToOne), ("0..1", ClipRange::ZeroToOne)];
 
@@ -36,16 +32,9 @@ enum Given {
 
 /// Adds the flags of the camera.
 pub(super) fn with_flags(command: Command) -> Command {
-    let matrix = "The camera's projection matrix, from eye space to OpenGL's clip space: 16 numbers, row by row, separated by \
-                  commas, or a file that holds them";
     let own: [Arg; 6] = [
-        signed(
-            "intrinsics",
-            "FX,FY,CX,CY",
-            "Focal lengths and principal point of a perspective camera in pixels; the \
-                                             upper left corner of the image is at 0,0, and y points down",
-        ),
-        signed("projection", "MATRIX", matrix),
+        camera::intrinsics_argument(),
+        camera::projection_argument(),
         valued("near", "Z", "The near plane's z, for --depth-is hardware, and where the rays of ray-march end"),
         valued("far", "Z", "The far plane's z, for --depth-is hardware [a number above --near, or inf]"),
         Arg::new("reversed").long("reversed").action(clap::ArgAction::SetTrue).help(
@@ -66,11 +55,10 @@ impl Camera {
     /// Reads the flags of the camera. If none is given, the error says which `hbao render` wrote into the file of
     /// depth, in case it did.
     pub(super) fn read(matches: &ArgMatches, depth: &Path) -> Result<Camera, Error> {
-        let intrinsics = "FX,FY,CX,CY, four numbers separated by commas, such as 800,800,640,360";
         let given = match (
             read_lens(matches)?,
-            numbers::<4>(matches, "intrinsics", intrinsics)?,
-            read_matrix(matches, "projection")?,
+            camera::read_intrinsics(matches)?,
+            read_matrix(matches, "projection")?.map(|matrix| matrix.map(|entry| entry as f32)),
         ) {
             (Some(lens), ..) => Given::Lens(lens),
             (_, Some(numbers), _) => Given::Intrinsics(numbers),
@@ -86,11 +74,6 @@ impl Camera {
         };
         if let Given::Lens(lens) = given {
             View { lens: Some(lens), ..View::default() }.check()?;
-        }
-        if let Given::Intrinsics(numbers @ [fx, fy, ..]) = given
-            && !(fx > 0.0 && fy > 0.0 && numbers.iter().all(|number| number.is_finite()))
-        {
-            return Err(Error::Usage("--intrinsics: the focal lengths must be above 0, and all numbers finite".into()));
         }
         let clip_range = text(matches, "clip-range").map(|text| flags::word("clip-range", text, &CLIP_RANGES));
         let (near, far) = (number(matches, "near")?, number(matches, "far")?);
@@ -177,13 +160,6 @@ impl Camera {
     }
 }
 
-fn prefixed(flag: &str, error: Error) -> Error {
-    match error {
-        Error::Usage(what) => Error::Usage(format!("--{flag}: {what}")),
-        other => other,
-    }
-}
-
 /// Returns the flag that gives the camera with which `hbao render` made a file.
 fn metadata_camera(path: &Path) -> Option<String> {
     let (_, text) = exr::read_text(path).ok()?.into_iter().find(|(keyword, _)| keyword == "hbao")?;
@@ -194,30 +170,4 @@ fn metadata_camera(path: &Path) -> Option<String> {
         number => number.to_string(),
     };
     CAMERAS.iter().find_map(|flag| Some(format!("--{flag} {}", numbers(render.get(*flag)?))))
-}
-
-/// Returns the matrix that a flag gives, column by column. The flag gives 16 numbers row by row, or a file of them.
-pub(super) fn read_matrix(matches: &ArgMatches, flag: &str) -> Result<Option<[f32; 16]>, Error> {
-    let Some(given) = text(matches, flag) else { return Ok(None) };
-    let refuse = |what: String| Error::Usage(format!("--{flag}: {what}"));
-    let numbers = |text: &str| -> Option<Vec<f32>> {
-        // Programs print matrices with brackets around their rows.
-        let separator = |c: char| c.is_whitespace() || ",;[]()".contains(c);
-        text.split(separator).filter(|number| !number.is_empty()).map(|number| number.parse().ok()).collect()
-    };
-    let found = match numbers(given) {
-        Some(found) => found,
-        None => {
-            let mut text = String::new();
-            let read = File::open(given).and_then(|file| file.take(LONGEST).read_to_string(&mut text));
-            read.map_err(|e| {
-                refuse(format!("'{given}' is neither 16 numbers separated by commas nor a file of them, {e}"))
-            })?;
-            numbers(&text).ok_or_else(|| refuse(format!("the file {given} holds more than numbers")))?
-        }
-    };
-    let rows: [f32; 16] = found.try_into().map_err(|found: Vec<f32>| {
-        refuse(format!("{} numbers are given, and a matrix has 16, row by row", found.len()))
-    })?;
-    Ok(Some(std::array::from_fn(|i| rows[4 * (i % 4) + i / 4])))
 }

@@ -1,8 +1,8 @@
 //! The normals of a picture, and its colours.
 
-use super::camera::read_matrix;
 use super::channels::Names;
 use super::depth::{Depth, at};
+use crate::cli::camera::read_matrix;
 use crate::cli::flags::{self, text};
 use clap::{Arg, ArgMatches, value_parser};
 use hbao::image::{Image, Layers};
@@ -105,7 +105,7 @@ impl NormalsFlags {
         let are = flags::word("normals-are", word("normals-are").unwrap_or("right"), &SPACES)?;
         let encoding = word("normals-encoding").map(|text| flags::word("normals-encoding", text, &ENCODINGS));
         let cv = flags::word("view-axes", word("view-axes").unwrap_or("gl"), &AXES)?;
-        let view = read_matrix(matches, "view-matrix")?;
+        let view = read_matrix(matches, "view-matrix")?.map(|matrix| matrix.map(|entry| entry as f32));
         let space = match (are, view) {
             (NormalsAre::Eye(hand), _) => NormalSpace::Eye(hand),
             (NormalsAre::Cv, _) => {

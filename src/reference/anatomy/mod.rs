@@ -458,6 +458,17 @@ mod tests {
     }
 
     #[test]
+    fn only_methods_with_a_horizon_have_slices() {
+        let (view, tile) = (view(&mut Pcg64Mcg::new(5)), rotation_tile(&Settings::default()));
+        for &method in Method::ALL {
+            let settings = Settings { radius: Radius::Units(2.0), ..Settings::for_method(method) };
+            let anatomy = Anatomy::new(&inputs(&view, &tile), &settings).unwrap();
+            let sliced = pixels(&view.depth).any(|pixel| (0..8).any(|k| anatomy.slice(pixel, k).is_some()));
+            assert_eq!(sliced, matches!(method, Method::Hbao | Method::HbaoTalk | Method::HbaoView), "{method:?}");
+        }
+    }
+
+    #[test]
     fn a_profile_of_a_plane_is_straight_in_every_direction() {
         let settings = Settings { radius: Radius::Units(1.0), ..Settings::default() };
         let tile = rotation_tile(&settings);

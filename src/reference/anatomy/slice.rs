@@ -119,6 +119,9 @@ impl Observer for Collector<'_> {
     }
 
     fn adds(&mut self, i: u32, occlusion: f64) {
-        self.samples[i as usize - 1].contribution = occlusion;
+        // Methods without a horizon number what they tell otherwise. What they tell is no slice.
+        if let Some(sample) = (i as usize).checked_sub(1).and_then(|at| self.samples.get_mut(at)) {
+            sample.contribution = occlusion;
+        }
     }
 }

@@ -59,16 +59,30 @@ impl<'a> Data<'a> {
 
     /// Reads an accessor of vectors. It must have `count` of them.
     pub(super) fn vectors(&mut self, number: u32, count: usize) -> Result<Vec<DVec3>, String> {
-        let accessor = self.accessor(number)?;
-        if accessor.shape != Components::Vec3 {
+        if self.accessor(number)?.shape != Components::Vec3 {
             return Err(format!("accessor {number} is not of the type VEC3"));
         }
+        self.triples(number, count, 3)
+    }
+
+    /// Reads an accessor of colours, whose alpha is left out.
+    pub(super) fn colours(&mut self, number: u32, count: usize) -> Result<Vec<DVec3>, String> {
+        match self.accessor(number)?.shape {
+            Components::Vec3 => self.triples(number, count, 3),
+            Components::Vec4 => self.triples(number, count, 4),
+            _ => Err(format!("accessor {number} is not of the type VEC3 or VEC4")),
+        }
+    }
+
+    /// Reads the first three of the `components` of each element.
+    fn triples(&mut self, number: u32, count: usize, components: usize) -> Result<Vec<DVec3>, String> {
+        let accessor = self.accessor(number)?;
         let Accessor { component_type, normalized, .. } = *accessor;
         let size = size(number, component_type)?;
         let read = |elements: &Elements, i: usize| {
             DVec3::from_array([0, 1, 2].map(|axis| component(elements.bytes(i, axis * size), component_type, normalized)))
         };
-        self.read(number, count, 3 * size, DVec3::ZERO, read)
+        self.read(number, count, components * size, DVec3::ZERO, read)
     }
 
     /// Reads an accessor of indices.

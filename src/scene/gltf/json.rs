@@ -133,7 +133,7 @@ pub(super) struct Attributes {
     #[serde(rename = "NORMAL")]
     pub(super) normal: Option<u32>,
     #[serde(rename = "COLOR_0")]
-    pub(super) colour: Option<IgnoredAny>,
+    pub(super) colour: Option<u32>,
 }
 
 #[derive(Deserialize)]
@@ -192,6 +192,8 @@ pub(super) enum Components {
     Scalar,
     #[serde(rename = "VEC3")]
     Vec3,
+    #[serde(rename = "VEC4")]
+    Vec4,
     #[serde(other)]
     Other,
 }

@@ -106,6 +106,19 @@ impl Number {
         })
     }
 
+    /// Returns the number that stands for the full colour.
+    pub(super) fn most(self) -> f64 {
+        match self {
+            Number::I8 => f64::from(i8::MAX),
+            Number::U8 => f64::from(u8::MAX),
+            Number::I16 => f64::from(i16::MAX),
+            Number::U16 => f64::from(u16::MAX),
+            Number::I32 => f64::from(i32::MAX),
+            Number::U32 => f64::from(u32::MAX),
+            Number::F32 | Number::F64 => 1.0,
+        }
+    }
+
     /// Returns the number of bytes.
     pub(super) fn size(self) -> usize {
         match self {

@@ -45,7 +45,7 @@ fn every_kind_of_ply_file_has_its_verdict() {
         ("line ends of the old Macintosh", String::from_utf8(text(FACES, "3 0 1 2\n")).unwrap().replace('\n', "\r").into(), Triangles(1)),
         ("no line end at the end, and blank lines", text(FACES, "\n\n 3\t0 1 2"), Triangles(1)),
         ("strips", STRIPS.into(), Triangles(3)),
-        ("colours, other orders and types", colours.into(), Noticed(1, &["the colours of its vertices are not read"])),
+        ("colours, other orders and types", colours.into(), Triangles(1)),
         ("bad normals", normals.into(), Noticed(1, &["line 14: its normal has no direction (the first of 2 such"])),
         ("other elements", text(&format!("element camera 2\nproperty float a\n{FACES}element edge 1\nproperty int v\n"), "1\nnan\n3 0 1 2\n7\n"), Triangles(1)),
         ("no records of an element without properties, however many", zero, Triangles(1)),
