@@ -2,8 +2,8 @@
 
 use hbao::Error;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, Write as _};
 use std::cell::OnceCell;
+use std::io::{self, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 

@@ -78,7 +78,8 @@ pub(crate) fn command() -> Command {
         flags::valued("only", "PARTS", format!("The parts to measure, separated by commas [{parts}; default: all]")),
         flags::valued("runs", "N", "Number of timed runs of each case [1 to 1000; default: 5]"),
     ];
-    let scene = format!("A model (OBJ, PLY, STL, glTF, GLB), or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {NAVE}]");
+    let scene =
+        format!("A model (OBJ, PLY, STL, glTF, GLB), or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {NAVE}]");
     Command::new("bench")
         .about("Measure again what the papers of 2008 measured, and how costs grow with pixels, samples and triangles")
         .args(own)

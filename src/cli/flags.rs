@@ -111,7 +111,9 @@ pub(crate) fn read_runs(matches: &ArgMatches, default: usize) -> Result<usize, E
 
 /// Makes the shared flags.
 pub(crate) fn arguments() -> Vec<Arg> {
-    let scene = format!("A model (OBJ, PLY, STL, glTF, GLB), or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]");
+    let scene = format!(
+        "A model (OBJ, PLY, STL, glTF, GLB), or a built-in scene, {CORNELL_BOX} or {NAVE} [default: {CORNELL_BOX}]"
+    );
     let scene = Arg::new("scene").value_name("SCENE").value_parser(value_parser!(OsString)).help(scene);
     let mut all = vec![scene, size_argument()];
     all.extend(camera::arguments());

@@ -20,7 +20,8 @@ const PLY: Format = ("a PLY file", OPEN);
 const STL: Format = ("an STL file", OPEN);
 const GLTF: Format = ("a glTF file", OPEN);
 const FBX: Format = ("an FBX file", CONVERT);
-const BLENDER: Format = ("a Blender file", "and only OBJ, PLY, STL and glTF are read: export it from Blender as Wavefront OBJ");
+const BLENDER: Format =
+    ("a Blender file", "and only OBJ, PLY, STL and glTF are read: export it from Blender as Wavefront OBJ");
 const WEB_PAGE: Format = ("a web page", DOWNLOAD);
 const UTF16: Format = ("text in UTF-16", ENCODE);
 
@@ -78,8 +79,23 @@ const LIKELY: [(&str, &str, Format); 20] = [
 
 /// The members of a glTF file, any of which may be the first.
 const GLTF_MEMBERS: [&str; 17] = [
-    "accessors", "animations", "asset", "buffers", "bufferviews", "cameras", "extensions", "extensionsrequired",
-    "extensionsused", "extras", "images", "materials", "meshes", "nodes", "scene", "scenes", "skins",
+    "accessors",
+    "animations",
+    "asset",
+    "buffers",
+    "bufferviews",
+    "cameras",
+    "extensions",
+    "extensionsrequired",
+    "extensionsused",
+    "extras",
+    "images",
+    "materials",
+    "meshes",
+    "nodes",
+    "scene",
+    "scenes",
+    "skins",
 ];
 
 /// The formats of models that are read.

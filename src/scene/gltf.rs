@@ -27,8 +27,8 @@ type Model = (Mesh, Vec<(String, View)>);
 
 /// The most bytes of JSON.
 const MOST_JSON: u64 = 1 << 29;
-/// The triangles, and the positions, that the nodes of a small file may lay out. A file of more bytes may lay out as many
-/// as it has bytes.
+/// The triangles, and the positions, that the nodes of a small file may lay out. A file of more bytes may lay out as
+/// many as it has bytes.
 const MOST_LAID_OUT: usize = 1 << 25;
 
 const TEXT_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
@@ -139,7 +139,11 @@ fn parse(text: &mut impl Read) -> Result<Root, String> {
         let version = Error::shown(&root.asset.version);
         return Err(format!("this is glTF {version}, and only glTF 2 is read: export it as glTF 2"));
     }
-    match root.extensions_required.iter().find(|name| !name.starts_with(OF_MATERIALS) && !KNOWN.contains(&name.as_str())) {
+    match root
+        .extensions_required
+        .iter()
+        .find(|name| !name.starts_with(OF_MATERIALS) && !KNOWN.contains(&name.as_str()))
+    {
         None => Ok(root),
         Some(name) => {
             let name = Error::shown(name);

@@ -17,6 +17,7 @@ mod mtl;
 mod nave;
 mod notices;
 mod obj;
+mod open;
 mod parts;
 mod path;
 mod ply;
@@ -116,7 +117,7 @@ impl Scene {
                 return Err(Error::input(path, what));
             }
         }
-        source::read(path, progress).map(|contents| Scene::of(path, contents))
+        open::read(path, progress).map(|contents| Scene::of(path, contents))
     }
 
     /// Reads a model from memory or from a stream, as [`Scene::open`] reads the file of this path. Files that the model
@@ -125,11 +126,11 @@ impl Scene {
     /// # Errors
     /// The same as for [`Scene::open`].
     pub fn read(model: impl BufRead, path: &Path) -> Result<Scene, Error> {
-        source::read_from(model, path, None).map(|contents| Scene::of(path, contents))
+        open::read_from(model, path, None).map(|contents| Scene::of(path, contents))
     }
 
-    fn of(path: &Path, contents: source::Contents) -> Scene {
-        let source::Contents { mesh, cameras, notices } = contents;
+    fn of(path: &Path, contents: open::Contents) -> Scene {
+        let open::Contents { mesh, cameras, notices } = contents;
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Scene { name, mesh, view: View::default(), cameras, radius: None, notices }
     }

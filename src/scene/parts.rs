@@ -1,6 +1,6 @@
 //! The parts of a mesh, while they are being read from a PLY, STL or glTF file.
 
-use super::mesh::{Group, Mesh};
+use super::mesh::{FARTHEST, Group, Mesh};
 use crate::Error;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -89,4 +89,15 @@ fn renumber(triangles: &mut [[u32; 3]], used: &[bool]) {
 fn keep<T>(list: &mut Vec<T>, used: &[bool]) {
     let mut used = used.iter();
     list.retain(|_| used.next() == Some(&true));
+}
+
+/// Refuses a coordinate that is not finite or too far away.
+pub(super) fn check(x: f64) -> Result<(), String> {
+    if x.abs() <= FARTHEST {
+        Ok(())
+    } else if x.is_finite() {
+        Err(format!("{x:e} is past {FARTHEST:e} in magnitude; scale the model down"))
+    } else {
+        Err(format!("{x} is not a finite number"))
+    }
 }

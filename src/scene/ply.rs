@@ -7,10 +7,9 @@ mod body;
 mod header;
 
 use super::Mesh;
-use super::mesh::FARTHEST;
 use super::mtl::WHITE;
 use super::notices::{Kind, Notices};
-use super::parts::{MOST, Parts};
+use super::parts::{MOST, Parts, check};
 use super::polygon::{MOST_CORNERS, Triangulator};
 use super::source::Source;
 use crate::Error;
@@ -85,9 +84,8 @@ struct Reader<'a, R> {
 impl<R: BufRead> Reader<'_, R> {
     fn vertices(&mut self, element: &Element) -> Result<(), String> {
         let roles: Vec<Role> = element.properties.iter().map(role).collect();
-        let has = |wanted: fn(Role) -> Option<usize>| {
-            (0..3).all(|axis| roles.iter().any(|&role| wanted(role) == Some(axis)))
-        };
+        let has =
+            |wanted: fn(Role) -> Option<usize>| (0..3).all(|axis| roles.iter().any(|&role| wanted(role) == Some(axis)));
         if !has(|role| if let Role::Position(axis) = role { Some(axis) } else { None }) {
             return Err("its element vertex lacks a property x, y or z that is one number".into());
         }
@@ -108,9 +106,7 @@ impl<R: BufRead> Reader<'_, R> {
                 match role {
                     Role::Position(axis) => {
                         let x = self.body.number(property.kind)?;
-                        if !(x.abs() <= FARTHEST) {
-                            return Err(self.body.at(too_far(x)));
-                        }
+                        check(x).map_err(|what| self.body.at(what))?;
                         position[axis] = x;
                     }
                     Role::Normal(axis) => normal[axis] = self.body.number(property.kind)?,
@@ -256,15 +252,7 @@ fn corners_of(element: &Element) -> Result<usize, String> {
         property.count.is_some() && ["vertex_indices", "vertex_index"].contains(&property.name.as_str())
     };
     let found = element.properties.iter().position(list);
-    found.or((element.count == 0).then_some(0)).ok_or_else(|| {
-        format!("its element {} lacks a list vertex_indices", Error::shown(&element.name))
-    })
-}
-
-fn too_far(x: f64) -> String {
-    if x.is_finite() {
-        format!("{x:e} is past {FARTHEST:e} in magnitude; scale the model down")
-    } else {
-        format!("{x} is not a finite number")
-    }
+    found
+        .or((element.count == 0).then_some(0))
+        .ok_or_else(|| format!("its element {} lacks a list vertex_indices", Error::shown(&element.name)))
 }

@@ -3,16 +3,16 @@
 //! The crate stl_io (0.11) reads the numbers of text as float32, and keeps a line of any length in memory. STL is so
 //! simple that guarding it would take more than reading it.
 
-use super::mesh::FARTHEST;
+use super::Mesh;
 use super::notices::{Kind, Notices};
-use super::parts::{MOST, Parts};
+use super::parts::{MOST, Parts, check};
 use super::source::{Source, fill};
 use super::statement::{Statement, Statements, number, on_line, quoted};
-use super::Mesh;
 use crate::Error;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::io::BufRead;
+use std::path::Path;
 
 const HEADER: usize = 80;
 /// The bytes of a triangle: a normal, three corners and an attribute.
@@ -33,9 +33,7 @@ impl Welder {
     /// Adds a triangle. Returns false if it has no area, and is left out.
     fn add(&mut self, corners: [DVec3; 3]) -> Result<bool, String> {
         self.triangles += 1;
-        for p in corners {
-            check(p)?;
-        }
+        corners.iter().flat_map(|p| p.to_array()).try_for_each(check)?;
         let [a, b, c] = corners;
         if (b - a).cross(c - a) == DVec3::ZERO {
             return Ok(false);
@@ -54,7 +52,7 @@ impl Welder {
         Ok(true)
     }
 
-    fn into_mesh(mut self, refuse: impl Fn(&str) -> Error, path: &std::path::Path) -> Result<Mesh, Error> {
+    fn into_mesh(mut self, refuse: impl Fn(&str) -> Error, path: &Path) -> Result<Mesh, Error> {
         self.vertices = HashMap::new();
         if self.triangles == 0 {
             return Err(refuse(NO_TRIANGLES));
@@ -63,15 +61,6 @@ impl Welder {
             return Err(refuse("all its triangles are without area"));
         }
         self.parts.into_mesh(path)
-    }
-}
-
-/// Refuses a position that is not finite or too far away.
-pub(super) fn check(p: DVec3) -> Result<(), String> {
-    match p.to_array().into_iter().find(|x| !(x.abs() <= FARTHEST)) {
-        None => Ok(()),
-        Some(x) if x.is_finite() => Err(format!("{x:e} is past {FARTHEST:e} in magnitude; scale the model down")),
-        Some(x) => Err(format!("{x} is not a finite number")),
     }
 }
 

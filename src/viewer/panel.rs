@@ -179,8 +179,12 @@ fn files(viewer: &mut Viewer, ui: &mut Ui) {
     };
     let (mut model, mut image, mut settings) =
         (viewer.model_text.clone(), viewer.image_text.clone(), viewer.settings_text.clone());
-    let opened =
-        row(ui, &mut model, "open", "A model (OBJ, PLY, STL, glTF), cornell-box or nave. A file can also be dropped on the window");
+    let opened = row(
+        ui,
+        &mut model,
+        "open",
+        "A model (OBJ, PLY, STL, glTF), cornell-box or nave. A file can also be dropped on the window",
+    );
     let saved = row(ui, &mut image, "save image", "The image of the side in the panel: a PNG, or an EXR with floats");
     let stored = row(ui, &mut settings, "save settings", "The settings of the side in the panel, for --settings");
     (viewer.model_text, viewer.image_text, viewer.settings_text) = (model, image, settings);

@@ -28,14 +28,16 @@ fn a_glb_file_is_rendered_through_each_of_its_cameras() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("m.glb"), with_cameras()).unwrap();
     let render = |arguments: &str| {
-        let arguments: Vec<_> = arguments.split(' ').map(|word| word.replace('_', " ")).collect();
+        let arguments: Vec<_> = arguments.split_whitespace().map(|word| word.replace('_', " ")).collect();
         let mut command = crate::rig::command::of_arguments(folder.path(), &arguments);
         let output = crate::rig::command::with_shader_cache(&mut command).output().unwrap();
         let [_, stderr] = texts(&output);
         (output.status.code(), stderr)
     };
     let image = |arguments: &str| {
-        let (code, stderr) = render(&format!("render m.glb --size 40x30 --radius 0.5 -o out.png --show depth --no-metadata {arguments}"));
+        let (code, stderr) = render(&format!(
+            "render m.glb --size 40x30 --radius 0.5 -o out.png --show depth --no-metadata {arguments}"
+        ));
         assert_eq!(code, Some(0), "{stderr}");
         fs::read(folder.path().join("out.png")).unwrap()
     };
@@ -78,6 +80,9 @@ fn every_format_is_rendered_and_a_bad_file_is_one_line() {
     let output = cached(folder.path(), "render short.stl -o b.png");
     let [_, stderr] = texts(&output);
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr.starts_with("hbao: short.stl: this STL file claims 2 triangles") && stderr.lines().count() == 1, "{stderr}");
+    assert!(
+        stderr.starts_with("hbao: short.stl: this STL file claims 2 triangles") && stderr.lines().count() == 1,
+        "{stderr}"
+    );
     assert!(!folder.path().join("b.png").exists());
 }

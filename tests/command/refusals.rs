@@ -73,11 +73,7 @@ fn scenes_that_make_no_sense() {
         (FAILED, "overflow.obj", "overflow.obj: "),
         (FAILED, "points.obj", "points.obj: holds no faces, only positions"),
         (FAILED, "empty.obj", "empty.obj: is empty"),
-        (
-            FAILED,
-            "bunny.ply",
-            "bunny.ply: its element vertex lacks a property x, y or z",
-        ),
+        (FAILED, "bunny.ply", "bunny.ply: its element vertex lacks a property x, y or z"),
         (FAILED, "utf16.obj", "utf16.obj: this is text in UTF-16, and only UTF-8 is read: save it as UTF-8"),
         (FAILED, "taken.png", "taken.png: "),
         (FAILED, "naves", "cornell-box or nave"),

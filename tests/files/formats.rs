@@ -120,9 +120,8 @@ fn the_same_mesh_is_read_from_every_format_by_its_content() {
         ("GLB", written::glb(&json, &binary)),
     ];
     for (name, file) in files {
-        let file = String::from_utf8(file.clone()).map_or(file, |text| {
-            text.replace("mtllib scene.mtl\n", "").replace("usemtl m0\n", "").into_bytes()
-        });
+        let file = String::from_utf8(file.clone())
+            .map_or(file, |text| text.replace("mtllib scene.mtl\n", "").replace("usemtl m0\n", "").into_bytes());
         let scene = open(&file, &[]).unwrap();
         assert_eq!(scene.notices, [""; 0], "{name}");
         assert_eq!(corners(&scene.mesh), corners(&mesh), "{name}");
@@ -148,8 +147,20 @@ fn whatever_bytes_are_changed_a_file_is_read_or_refused_in_one_line() {
         ply::STRIPS.into(),
     ];
     let words: [&[u8]; 14] = [
-        b"-1", b"4294967295", b"18446744073709551615", b"1e400", b"nan", b"{", b"[", b"\"", b"list", b"\0", b"5121",
-        b"\xff\xff\xff\xff", b"end_header\n", b"1e308",
+        b"-1",
+        b"4294967295",
+        b"18446744073709551615",
+        b"1e400",
+        b"nan",
+        b"{",
+        b"[",
+        b"\"",
+        b"list",
+        b"\0",
+        b"5121",
+        b"\xff\xff\xff\xff",
+        b"end_header\n",
+        b"1e308",
     ];
     let mut draw = Draw::new(7);
     let (mut read, mut refused) = (0, 0);
@@ -195,7 +206,8 @@ fn progress_is_told_up_to_the_length_of_the_file() {
     let folder = TempDir::new().unwrap();
     let big = (0..40_000).map(|i| format!("v {i} 0 {}\n", i % 7)).collect::<String>() + "f 1 2 3\n";
     let (json, binary) = written::gltf(&sample(), r#"{"mesh":0}"#, "", None);
-    for bytes in [big.into_bytes(), written::ply(&sample(), Order::Big), written::stl(&sample()), written::glb(&json, &binary)]
+    for bytes in
+        [big.into_bytes(), written::ply(&sample(), Order::Big), written::stl(&sample()), written::glb(&json, &binary)]
     {
         let path = folder.path().join("model");
         fs::write(&path, &bytes).unwrap();
@@ -213,7 +225,8 @@ fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let group = |three: &[u8]| {
         let bits = three.iter().fold(0_u32, |bits, &byte| bits << 8 | u32::from(byte)) << (8 * (3 - three.len()));
-        let digit = |i: usize| if i > three.len() { '=' } else { char::from(DIGITS[(bits >> (18 - 6 * i)) as usize % 64]) };
+        let digit =
+            |i: usize| if i > three.len() { '=' } else { char::from(DIGITS[(bits >> (18 - 6 * i)) as usize % 64]) };
         [0, 1, 2, 3].map(digit)
     };
     bytes.chunks(3).flat_map(group).collect()

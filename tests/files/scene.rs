@@ -130,7 +130,8 @@ fn files_without_faces_are_refused() {
 
 #[test]
 fn a_file_of_another_format_is_called_what_it_is_and_the_message_says_what_to_do() {
-    let convert = "and only OBJ, PLY, STL and glTF are read: convert it to one of them, for example with Blender or MeshLab";
+    let convert =
+        "and only OBJ, PLY, STL and glTF are read: convert it to one of them, for example with Blender or MeshLab";
     let open = "and Mesh::load_obj reads only OBJ: open it with Scene::open";
     let unpack = "and only OBJ, PLY, STL and glTF are read: unpack it and give the file inside";
     let utf8 = "and only UTF-8 is read: save it as UTF-8";

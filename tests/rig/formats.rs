@@ -115,10 +115,11 @@ pub fn gltf(mesh: &Mesh, nodes: &str, more: &str, uri: Option<&str>) -> (String,
         let x = f64::from(x);
         if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
     };
-    let (mut primitives, mut materials, mut accessors) = (Vec::new(), Vec::new(), vec![format!(
-        r#"{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3"}}"#,
-        mesh.positions.len()
-    )]);
+    let (mut primitives, mut materials, mut accessors) = (
+        Vec::new(),
+        Vec::new(),
+        vec![format!(r#"{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3"}}"#, mesh.positions.len())],
+    );
     for (i, group) in mesh.groups.iter().enumerate() {
         primitives.push(format!(r#"{{"attributes":{{"POSITION":0}},"indices":{},"material":{i}}}"#, i + 1));
         let [r, g, b] = group.colour.map(linear);

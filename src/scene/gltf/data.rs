@@ -80,7 +80,9 @@ impl<'a> Data<'a> {
         let Accessor { component_type, normalized, .. } = *accessor;
         let size = size(number, component_type)?;
         let read = |elements: &Elements, i: usize| {
-            DVec3::from_array([0, 1, 2].map(|axis| component(elements.bytes(i, axis * size), component_type, normalized)))
+            DVec3::from_array(
+                [0, 1, 2].map(|axis| component(elements.bytes(i, axis * size), component_type, normalized)),
+            )
         };
         self.read(number, count, components * size, DVec3::ZERO, read)
     }
@@ -192,9 +194,8 @@ impl<'a> Data<'a> {
             return Ok(Rc::new(bytes.map_err(|e| format!("its data: URI is not in base64: {e}"))?));
         }
         let name = Error::shown(uri);
-        let file = beside(self.path, uri).ok_or_else(|| {
-            format!("its file \"{name}\" is not beside the model; files elsewhere are not opened")
-        })?;
+        let file = beside(self.path, uri)
+            .ok_or_else(|| format!("its file \"{name}\" is not beside the model; files elsewhere are not opened"))?;
         if let Some(bytes) = self.files.get(&file) {
             return Ok(Rc::clone(bytes));
         }

@@ -38,49 +38,130 @@ fn every_kind_of_gltf_file_has_its_verdict() {
     let chain: Vec<String> = (1..=3000).map(|i| format!(r#"{{"children":[{i}]}}"#)).collect();
     let many = format!("{}{}", r#"{"mesh":0},"#.repeat(100), NODE);
     let huge = replaced(r#""count":15"#, r#""count":18446744073709551615"#);
-    let zeros = replaced(r#"{"bufferView":0,"componentType":5126,"count":5"#, r#"{"componentType":5126,"count":4000000000"#);
+    let zeros =
+        replaced(r#"{"bufferView":0,"componentType":5126,"count":5"#, r#"{"componentType":5126,"count":4000000000"#);
     let doubled = |what: &str| format!("[{}]", [what; 2].join(","));
     let cases: Vec<(&str, Vec<u8>, Verdict)> = vec![
         ("a GLB file", good.clone(), Triangles(5)),
         ("a data: URI", linked(&format!("data:application/octet-stream;base64,{}", base64(&binary()))), Triangles(5)),
-        ("white space and a byte order mark before the JSON", [b"\xef\xbb\xbf \n".as_slice(), &linked(&format!("data:;base64,{}", base64(&binary())))].concat(), Triangles(5)),
+        (
+            "white space and a byte order mark before the JSON",
+            [b"\xef\xbb\xbf \n".as_slice(), &linked(&format!("data:;base64,{}", base64(&binary())))].concat(),
+            Triangles(5),
+        ),
         ("a mesh of two nodes", sample_with(&format!("{NODE},{NODE}"), ""), Triangles(10)),
-        ("the default scene", sample_with(&format!("{NODE},{NODE}"), r#","scene":1,"scenes":[{"nodes":[0,1]},{"nodes":[1]}]"#), Triangles(5)),
+        (
+            "the default scene",
+            sample_with(&format!("{NODE},{NODE}"), r#","scene":1,"scenes":[{"nodes":[0,1]},{"nodes":[1]}]"#),
+            Triangles(5),
+        ),
         ("the first scene", sample_with(&format!("{NODE},{NODE}"), r#","scenes":[{"nodes":[0]},{}]"#), Triangles(5)),
         ("a deep tree", sample_with(&format!("{},{NODE}", chain.join(",")), ""), Triangles(5)),
         ("many nodes", sample_with(&many, ""), Triangles(505)),
         ("a strip", mode(5), Triangles(9)),
         ("a fan", mode(6), Triangles(13)),
-        ("members that are not known", sample_with(NODE, r#","extras":{"a":[{}]},"extensions":{"X":{}},"animations":[{}]"#), Triangles(5)),
+        (
+            "members that are not known",
+            sample_with(NODE, r#","extras":{"a":[{}]},"extensions":{"X":{}},"animations":[{}]"#),
+            Triangles(5),
+        ),
         ("an extension of materials", required("KHR_materials_unlit"), Triangles(5)),
-        ("texture", replaced(r#""pbrMetallicRoughness":{"#, r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0},"#), Noticed(5, &["textures of glTF"])),
+        (
+            "texture",
+            replaced(r#""pbrMetallicRoughness":{"#, r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0},"#),
+            Noticed(5, &["textures of glTF"]),
+        ),
         ("vertex colours", replaced(r#""POSITION":0"#, r#""POSITION":0,"COLOR_0":0"#), Triangles(5)),
-        ("vertex colours of the type SCALAR", replaced(r#""POSITION":0"#, r#""POSITION":0,"COLOR_0":1"#), Refused(&["accessor 1 is not of the type VEC3 or VEC4"])),
-        ("a skin and morph targets", sample_with(r#"{"mesh":0,"skin":0},{"mesh":0,"skin":0}"#, ""), Noticed(10, &["skins and morph targets are not read (the first of 2"])),
-        ("points beside triangles", replaced(r#""primitives":["#, r#""primitives":[{"attributes":{"POSITION":0},"mode":0},"#), Noticed(5, &["points and lines are not read"])),
-        ("a primitive without positions", replaced(r#""primitives":["#, r#""primitives":[{"attributes":{}},"#), Noticed(5, &["without POSITION"])),
-        ("a camera without a lens", sample_with(r#"{"mesh":0,"camera":0}"#, r#","cameras":[{"type":"perspective"}]"#), Noticed(5, &["node 0: its camera cannot be used"])),
-        ("a camera of 200 degrees", sample_with(r#"{"mesh":0,"camera":0}"#, r#","cameras":[{"perspective":{"yfov":3.5,"znear":1}}]"#), Noticed(5, &["1 to 175 degrees"])),
+        (
+            "vertex colours of the type SCALAR",
+            replaced(r#""POSITION":0"#, r#""POSITION":0,"COLOR_0":1"#),
+            Refused(&["accessor 1 is not of the type VEC3 or VEC4"]),
+        ),
+        (
+            "a skin and morph targets",
+            sample_with(r#"{"mesh":0,"skin":0},{"mesh":0,"skin":0}"#, ""),
+            Noticed(10, &["skins and morph targets are not read (the first of 2"]),
+        ),
+        (
+            "points beside triangles",
+            replaced(r#""primitives":["#, r#""primitives":[{"attributes":{"POSITION":0},"mode":0},"#),
+            Noticed(5, &["points and lines are not read"]),
+        ),
+        (
+            "a primitive without positions",
+            replaced(r#""primitives":["#, r#""primitives":[{"attributes":{}},"#),
+            Noticed(5, &["without POSITION"]),
+        ),
+        (
+            "a camera without a lens",
+            sample_with(r#"{"mesh":0,"camera":0}"#, r#","cameras":[{"type":"perspective"}]"#),
+            Noticed(5, &["node 0: its camera cannot be used"]),
+        ),
+        (
+            "a camera of 200 degrees",
+            sample_with(r#"{"mesh":0,"camera":0}"#, r#","cameras":[{"perspective":{"yfov":3.5,"znear":1}}]"#),
+            Noticed(5, &["1 to 175 degrees"]),
+        ),
         ("a scale of 0", sample_with(r#"{"mesh":0,"scale":[0,0,0]}"#, ""), Triangles(5)),
         // Hostile files.
-        ("Draco", required("KHR_draco_mesh_compression"), Refused(&["requires the extension KHR_draco_mesh_compression"])),
+        (
+            "Draco",
+            required("KHR_draco_mesh_compression"),
+            Refused(&["requires the extension KHR_draco_mesh_compression"]),
+        ),
         ("meshopt", required("EXT_meshopt_compression"), Refused(&["EXT_meshopt_compression"])),
         ("glTF 1 as GLB", b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0".into(), Refused(&["glTF 1", "only glTF 2"])),
-        ("glTF 1 as JSON", br#"{"asset":{"version":"1.0"},"meshes":{"a":{}}}"#.into(), Refused(&["glTF 1", "only glTF 2 is read"])),
+        (
+            "glTF 1 as JSON",
+            br#"{"asset":{"version":"1.0"},"meshes":{"a":{}}}"#.into(),
+            Refused(&["glTF 1", "only glTF 2 is read"]),
+        ),
         ("another version", replaced("2.0", "3.0"), Refused(&["glTF 3.0"])),
         ("no asset", br#"{"meshes":[]}"#.into(), Refused(&["missing field `asset`"])),
         ("no meshes", br#"{"asset":{"version":"2.0"}}"#.into(), Refused(&["no triangles"])),
         ("JSON that is cut short", br#"{"asset":{"version":"2.0""#.into(), Refused(&["line 1, column 25"])),
-        ("JSON of a million brackets", format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}"#, "[".repeat(1 << 20)).into(), Refused(&["EOF while parsing"])),
-        ("a list of two million entries", format!(r#"{{"asset":{{"version":"2.0"}},"nodes":[{}{{}}]}}"#, "{},".repeat(2 << 20)).into(), Refused(&["more than 1048576 entries"])),
-        ("a number in place of a list", br#"{"asset":{"version":"2.0"},"nodes":5}"#.into(), Refused(&["expected a list"])),
+        (
+            "JSON of a million brackets",
+            format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}"#, "[".repeat(1 << 20)).into(),
+            Refused(&["EOF while parsing"]),
+        ),
+        (
+            "a list of two million entries",
+            format!(r#"{{"asset":{{"version":"2.0"}},"nodes":[{}{{}}]}}"#, "{},".repeat(2 << 20)).into(),
+            Refused(&["more than 1048576 entries"]),
+        ),
+        (
+            "a number in place of a list",
+            br#"{"asset":{"version":"2.0"},"nodes":5}"#.into(),
+            Refused(&["expected a list"]),
+        ),
         ("a GLB header that is cut short", b"glTF\x02\0\0\0".into(), Refused(&["inside its header"])),
         ("a GLB file that is cut short", good[..good.len() - 8].into(), Refused(&["cut short"])),
-        ("a GLB file without JSON", [b"glTF\x02\0\0\0\x14\0\0\0\0\0\0\0BIN\0".as_slice(), &[0; 4]].concat(), Refused(&["does not begin with JSON"])),
-        ("a part that claims 4 GB", { let mut file = good.clone(); file[12..16].fill(0xff); file }, Refused(&["claims 4294967295 bytes"])),
+        (
+            "a GLB file without JSON",
+            [b"glTF\x02\0\0\0\x14\0\0\0\0\0\0\0BIN\0".as_slice(), &[0; 4]].concat(),
+            Refused(&["does not begin with JSON"]),
+        ),
+        (
+            "a part that claims 4 GB",
+            {
+                let mut file = good.clone();
+                file[12..16].fill(0xff);
+                file
+            },
+            Refused(&["claims 4294967295 bytes"]),
+        ),
         ("two roots of a node", sample_with(NODE, r#","scenes":[{"nodes":[0,0]}]"#), Refused(&["node 0 stands twice"])),
-        ("a circle of nodes", sample_with(r#"{"mesh":0,"children":[0]}"#, r#","scenes":[{"nodes":[0]}]"#), Refused(&["node 0 stands twice"])),
-        ("a circle of two nodes", sample_with(r#"{"mesh":0,"children":[1]},{"children":[0]}"#, r#","scenes":[{"nodes":[0]}]"#), Refused(&["stands twice"])),
+        (
+            "a circle of nodes",
+            sample_with(r#"{"mesh":0,"children":[0]}"#, r#","scenes":[{"nodes":[0]}]"#),
+            Refused(&["node 0 stands twice"]),
+        ),
+        (
+            "a circle of two nodes",
+            sample_with(r#"{"mesh":0,"children":[1]},{"children":[0]}"#, r#","scenes":[{"nodes":[0]}]"#),
+            Refused(&["stands twice"]),
+        ),
         ("no such node", sample_with(NODE, r#","scenes":[{"nodes":[7]}]"#), Refused(&["no node 7"])),
         ("no such scene", sample_with(NODE, r#","scene":3,"scenes":[{"nodes":[0]}]"#), Refused(&["no scene 3"])),
         ("no such mesh", sample_with(r#"{"mesh":1}"#, ""), Refused(&["node 0", "no mesh 1"])),
@@ -94,29 +175,109 @@ fn every_kind_of_gltf_file_has_its_verdict() {
         ("no such componentType", replaced("5126", "5130"), Refused(&["no componentType 5130"])),
         ("positions of the type VEC2", replaced("VEC3", "VEC2"), Refused(&["not of the type VEC3"])),
         ("indices of float", replaced("5125", "5126"), Refused(&["no list of indices"])),
-        ("an index out of range", replaced(r#""count":5"#, r#""count":4"#), Refused(&["index 4 is out of range", "4 positions"])),
+        (
+            "an index out of range",
+            replaced(r#""count":5"#, r#""count":4"#),
+            Refused(&["index 4 is out of range", "4 positions"]),
+        ),
         ("14 corners", replaced(r#""count":15"#, r#""count":14"#), Refused(&["14 corners", "multiple of 3"])),
         ("2^64 indices", huge, Refused(&["more than 33554432 triangles or positions"])),
-        ("indices beyond their bufferView", replaced(r#""count":15"#, r#""count":18"#), Refused(&["accessor 1: 18 elements reach beyond bufferView 1"])),
+        (
+            "indices beyond their bufferView",
+            replaced(r#""count":15"#, r#""count":18"#),
+            Refused(&["accessor 1: 18 elements reach beyond bufferView 1"]),
+        ),
         ("four thousand million positions of zero", zeros, Refused(&["more than 33554432 triangles"])),
-        ("an offset near 2^64", replaced(r#""bufferView":1,"byteOffset":0"#, r#""bufferView":1,"byteOffset":18446744073709551615"#), Refused(&["reach beyond bufferView 1"])),
-        ("a bufferView near 2^64", replaced(r#""byteOffset":60"#, r#""byteOffset":18446744073709551615"#), Refused(&["bufferView 1 reaches beyond buffer 0"])),
-        ("a stride of 4", replaced(r#"{"buffer":0,"#, r#"{"buffer":0,"byteStride":4,"#), Refused(&["stride of 4 bytes"])),
-        ("a stride near 2^64", replaced(r#"{"buffer":0,"#, r#"{"buffer":0,"byteStride":18446744073709551615,"#), Refused(&["reach beyond bufferView 0"])),
-        ("a buffer longer than its data", replaced(r#""buffers":[{"byteLength":120"#, r#""buffers":[{"byteLength":4000"#), Refused(&["buffer 0 claims 4000 bytes, and has 120"])),
+        (
+            "an offset near 2^64",
+            replaced(r#""bufferView":1,"byteOffset":0"#, r#""bufferView":1,"byteOffset":18446744073709551615"#),
+            Refused(&["reach beyond bufferView 1"]),
+        ),
+        (
+            "a bufferView near 2^64",
+            replaced(r#""byteOffset":60"#, r#""byteOffset":18446744073709551615"#),
+            Refused(&["bufferView 1 reaches beyond buffer 0"]),
+        ),
+        (
+            "a stride of 4",
+            replaced(r#"{"buffer":0,"#, r#"{"buffer":0,"byteStride":4,"#),
+            Refused(&["stride of 4 bytes"]),
+        ),
+        (
+            "a stride near 2^64",
+            replaced(r#"{"buffer":0,"#, r#"{"buffer":0,"byteStride":18446744073709551615,"#),
+            Refused(&["reach beyond bufferView 0"]),
+        ),
+        (
+            "a buffer longer than its data",
+            replaced(r#""buffers":[{"byteLength":120"#, r#""buffers":[{"byteLength":4000"#),
+            Refused(&["buffer 0 claims 4000 bytes, and has 120"]),
+        ),
         ("a buffer of no data", glb(&written::gltf(&sample(), NODE, "", None).0, &[]), Refused(&["no binary part"])),
-        ("a sparse accessor", replaced(r#""count":5,"#, r#""count":5,"sparse":{"count":1,"indices":{"bufferView":1,"byteOffset":56,"componentType":5125},"values":{"bufferView":0}},"#), Triangles(5)),
-        ("a sparse index out of range", replaced(r#""count":5,"#, r#""count":5,"sparse":{"count":1,"indices":{"bufferView":0,"byteOffset":12,"componentType":5125},"values":{"bufferView":0}},"#), Refused(&["sparse part of accessor 0: index 1069547520 is out of range"])),
-        ("more sparse elements than elements", replaced(r#""count":5,"#, r#""count":5,"sparse":{"count":6,"indices":{"bufferView":1,"componentType":5125},"values":{"bufferView":0}},"#), Refused(&["sparse part of accessor 0"])),
-        ("sparse indices beyond their bufferView", replaced(r#""count":5,"#, r#""count":5,"sparse":{"count":2,"indices":{"bufferView":1,"byteOffset":56,"componentType":5125},"values":{"bufferView":0}},"#), Refused(&["sparse part of accessor 0", "reach beyond"])),
-        ("a matrix that is not affine", sample_with(r#"{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,1,0,0,0,1]}"#, ""), Refused(&["node 0 has a matrix that is not affine"])),
-        ("a matrix of 15 numbers", sample_with(r#"{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,1,0,0,0]}"#, ""), Refused(&["column"])),
+        (
+            "a sparse accessor",
+            replaced(
+                r#""count":5,"#,
+                r#""count":5,"sparse":{"count":1,"indices":{"bufferView":1,"byteOffset":56,"componentType":5125},"values":{"bufferView":0}},"#,
+            ),
+            Triangles(5),
+        ),
+        (
+            "a sparse index out of range",
+            replaced(
+                r#""count":5,"#,
+                r#""count":5,"sparse":{"count":1,"indices":{"bufferView":0,"byteOffset":12,"componentType":5125},"values":{"bufferView":0}},"#,
+            ),
+            Refused(&["sparse part of accessor 0: index 1069547520 is out of range"]),
+        ),
+        (
+            "more sparse elements than elements",
+            replaced(
+                r#""count":5,"#,
+                r#""count":5,"sparse":{"count":6,"indices":{"bufferView":1,"componentType":5125},"values":{"bufferView":0}},"#,
+            ),
+            Refused(&["sparse part of accessor 0"]),
+        ),
+        (
+            "sparse indices beyond their bufferView",
+            replaced(
+                r#""count":5,"#,
+                r#""count":5,"sparse":{"count":2,"indices":{"bufferView":1,"byteOffset":56,"componentType":5125},"values":{"bufferView":0}},"#,
+            ),
+            Refused(&["sparse part of accessor 0", "reach beyond"]),
+        ),
+        (
+            "a matrix that is not affine",
+            sample_with(r#"{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,1,0,0,0,1]}"#, ""),
+            Refused(&["node 0 has a matrix that is not affine"]),
+        ),
+        (
+            "a matrix of 15 numbers",
+            sample_with(r#"{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,1,0,0,0]}"#, ""),
+            Refused(&["column"]),
+        ),
         ("a transform too far away", sample_with(r#"{"mesh":0,"scale":[1e300,1,1]}"#, ""), Refused(&["past 1e15"])),
-        ("an infinite transform", sample_with(r#"{"mesh":0,"scale":[1e999,1,1]}"#, ""), Refused(&["number out of range"])),
-        ("two of a member", sample_with(NODE, &format!(r#","nodes":{}"#, doubled(NODE))), Refused(&["duplicate field `nodes`"])),
-        ("a file of the web", linked("https://example.org/a.bin"), Refused(&["\"https://example.org/a.bin\" is not beside the model"])),
+        (
+            "an infinite transform",
+            sample_with(r#"{"mesh":0,"scale":[1e999,1,1]}"#, ""),
+            Refused(&["number out of range"]),
+        ),
+        (
+            "two of a member",
+            sample_with(NODE, &format!(r#","nodes":{}"#, doubled(NODE))),
+            Refused(&["duplicate field `nodes`"]),
+        ),
+        (
+            "a file of the web",
+            linked("https://example.org/a.bin"),
+            Refused(&["\"https://example.org/a.bin\" is not beside the model"]),
+        ),
         ("a file above", linked("../../../../../../../../etc/passwd"), Refused(&["is not beside the model"])),
-        ("a file above, escaped", linked("%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd"), Refused(&["is not beside the model"])),
+        (
+            "a file above, escaped",
+            linked("%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd"),
+            Refused(&["is not beside the model"]),
+        ),
         ("a file by its whole path", linked("/etc/passwd"), Refused(&["is not beside the model"])),
         ("a device", linked("/dev/zero"), Refused(&["is not beside the model"])),
         ("a folder", linked("."), Refused(&["is not beside the model"])),
@@ -138,7 +299,11 @@ fn instances_do_not_multiply_beyond_measure() {
         r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
         "accessors":[{{"componentType":5126,"count":3145728,"type":"VEC3"}}]}}"#
     );
-    hold("a hundred million triangles", json.as_bytes(), &Refused(&["node 10: more than 33554432 triangles or positions"]));
+    hold(
+        "a hundred million triangles",
+        json.as_bytes(),
+        &Refused(&["node 10: more than 33554432 triangles or positions"]),
+    );
 }
 
 #[test]
@@ -188,7 +353,11 @@ fn colours_are_those_that_are_shown() {
 #[test]
 fn quantized_and_sparse_positions_are_read() {
     // Three positions of normalized shorts with a stride of 8, of which a sparse accessor replaces the second.
-    let shorts: Vec<u8> = [[0_i16, 0, 0, 7], [1, 1, 1, 7], [0, 32767, -32768, 7]].iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let shorts: Vec<u8> = [[0_i16, 0, 0, 7], [1, 1, 1, 7], [0, 32767, -32768, 7]]
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
     let replacement: Vec<u8> = [16384_i16, 0, 0].iter().flat_map(|x| x.to_le_bytes()).collect();
     let binary = [shorts, vec![1, 0], replacement].concat();
     let json = r#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"nodes":[{"mesh":0}],

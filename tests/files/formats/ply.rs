@@ -36,7 +36,10 @@ fn every_kind_of_ply_file_has_its_verdict() {
         property float nx\nproperty float ny\nproperty float nz\nelement face 1\nproperty list uchar int vertex_indices\n\
         end_header\n0 0 0 0 0 1\n1 0 0 nan 0 1\n0 1 0 0 0 0\n3 0 1 2\n";
     let three: Vec<u8> = [0., 0., 0., 1., 0., 0., 0., 1., 0_f32].iter().flat_map(|x| x.to_le_bytes()).collect();
-    let zero = binary(&format!("element nothing 18446744073709551615\n{}{FACES}", vertices(3)), &[&three[..], &[3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]].concat());
+    let zero = binary(
+        &format!("element nothing 18446744073709551615\n{}{FACES}", vertices(3)),
+        &[&three[..], &[3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]].concat(),
+    );
     let long = format!("comment {}\n", "x".repeat(3 << 20));
     let cases: Vec<(&str, Vec<u8>, Verdict)> = vec![
         ("a quadrilateral", text(FACES, "4 0 1 2 3\n"), Triangles(2)),
@@ -124,7 +127,8 @@ fn normals_and_concave_faces_are_those_of_obj() {
     let meshes = [ply, obj].map(|text| open(text.as_bytes(), &[]).unwrap().mesh);
     assert_eq!(super::corners(&meshes[0]), super::corners(&meshes[1]));
     let by_position = |mesh: &hbao::scene::Mesh| {
-        let mut normals: Vec<_> = mesh.positions.iter().zip(mesh.vertex_normals()).map(|(p, n)| format!("{p} {n}")).collect();
+        let mut normals: Vec<_> =
+            mesh.positions.iter().zip(mesh.vertex_normals()).map(|(p, n)| format!("{p} {n}")).collect();
         normals.sort();
         normals
     };
