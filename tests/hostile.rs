@@ -147,6 +147,11 @@ fn a_model_is_a_mesh_that_holds_together_or_is_refused_in_one_line() {
 }
 
 #[test]
+fn a_model_of_another_format_holds_together_or_is_refused_in_one_line() {
+    hold("formats", 6, 30_000, promises::any_model);
+}
+
+#[test]
 fn a_material_file_gives_colours_or_a_notice_and_refuses_no_model() {
     hold("mtl", 2, 30_000, |mtl| {
         let notices = promises::model(OBJ, mtl).expect("the model is refused because of its materials");

@@ -8,7 +8,7 @@ mod random;
 
 use hbao::Error;
 use hbao::image::{exr, png};
-use hbao::scene::Mesh;
+use hbao::scene::{Mesh, Scene};
 use random::Draw;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ffi::OsStr;
@@ -217,6 +217,90 @@ fn a_model_takes_few_bytes_for_each_of_its_file() {
             let (peak, mesh) = peak(|| Mesh::read_obj(text.as_bytes(), Path::new("m.obj"), |_| Ok(mtl)));
             mesh.unwrap_or_else(|error| panic!("{kind}: {error}"));
             let each = peak as f64 / text.len() as f64;
+            worst = worst.max(each);
+            assert!(each < most, "{kind}: {each} bytes of memory per byte of the file");
+        }
+    }
+    println!("at worst {worst:.2} bytes for each of the file");
+}
+
+#[test]
+fn junk_in_other_formats_ends_in_one_line_and_leaves_no_trace_in_memory() {
+    let _alone = alone();
+    let length = MB * std::env::var("HBAO_JUNK_MB").map_or(32, |mb| mb.parse::<usize>().unwrap());
+    let (short, long) = (MB, 24_000_000);
+    let ply = b"ply\nformat ascii 1.0\n";
+    let claim = b"ply\nformat binary_little_endian 1.0\nelement junk 18446744073709551615\nproperty list uint int a\nend_header\n";
+    let points = b"ply\nformat ascii 1.0\nelement vertex 18446744073709551615\nproperty int x\nend_header\n";
+    let kinds: [(&str, &[u8], &[u8], usize, &str); 10] = [
+        ("comments of PLY", ply, b"comment \n", short, "before end_header"),
+        ("one line of PLY", ply, b"comment ", long, "line 3: more than 2097152 bytes"),
+        ("records of PLY that are skipped", claim, b"\x01\0\0\0abcd", short, "cut short"),
+        ("vertices of PLY without places", points, b"0\n", short, "lacks a property x"),
+        ("statements of STL", b"solid\nfacet\nendsolid\n", b"outer loop\n", short, "cut short"),
+        ("one line of STL", b"solid\nfacet\n", b"a ", long, "more than 2097152 bytes"),
+        ("white space of JSON", b"{\"asset\":{\"version\":\"2.0\"}", b" \n", short, "no glTF 2"),
+        ("brackets of JSON", b"{\"asset\":{\"version\":\"2.0\"},\"extras\":", b"[", long, "no glTF 2"),
+        (
+            "members of JSON that are skipped",
+            b"{\"asset\":{\"version\":\"2.0\"},\"extras\":[0",
+            b",{\"a\":[1]}",
+            short,
+            "no glTF 2",
+        ),
+        ("a GLB part", b"glTF\x02\0\0\0\xff\xff\xff\xff\xf0\xff\xff\x1fJSON{\"extras\":[0", b",0", short, "no glTF 2"),
+    ];
+    for (kind, first, over, most, what) in kinds {
+        // What is repeated begins after what is first.
+        let mut over = over.to_vec();
+        let shift = first.len() % over.len();
+        over.rotate_right(shift);
+        let read =
+            || Scene::read(Junk::new(first, &over, length), Path::new("m")).map(|scene| (scene.mesh, scene.notices));
+        let (peak, message) = peak(|| refusal(kind, read()));
+        println!("{} MB of {kind}: {peak} bytes held, {message}", length / MB);
+        assert!(message.contains(what), "{kind}: {message}");
+        assert!(peak < most, "{kind}: {peak} bytes held");
+    }
+}
+
+#[test]
+fn a_model_of_another_format_takes_few_bytes_for_each_of_its_file() {
+    let _alone = alone();
+    let (most, mut worst) = (40.0, 0.0_f64);
+    let ply = |vertices: usize, properties: &str, faces: usize| {
+        let properties: String = properties.split(' ').map(|name| format!("property uchar {name}\n")).collect();
+        format!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n{properties}element face {faces}\n\
+             property list ushort uchar vertex_indices\nend_header\n"
+        )
+        .into_bytes()
+    };
+    for length in (32..64).step_by(4).map(|part| part * MB / 32) {
+        let vertices = |properties: &str, each: usize| {
+            [ply(length / each, properties, 1), vec![1; length / each * each], vec![3, 0, 0, 1, 2]].concat()
+        };
+        let polygon = [b"\xff\xff".as_slice(), &[1; 65_535]].concat();
+        let facet = |i: usize| {
+            let corner = |j: usize| [(3 * i + j) as f32, (j * j) as f32, 1.0].map(f32::to_le_bytes).concat();
+            [vec![0; 12], corner(0), corner(1), corner(2), vec![0; 2]].concat()
+        };
+        let count = length / 50;
+        let stl =
+            [vec![b' '; 80], (count as u32).to_le_bytes().to_vec(), (1..=count).flat_map(facet).collect()].concat();
+        let files = [
+            ("positions", vertices("x y z", 3)),
+            ("normals", vertices("x y z nx ny nz", 6)),
+            ("colours", vertices("x y z nx ny nz red green blue", 9)),
+            ("triangles", [ply(1, "x y z", length / 5), vec![1; 3], [3, 0, 0, 0, 0].repeat(length / 5)].concat()),
+            ("polygons", [ply(2, "x y z", length / 65_537), vec![1; 6], polygon.repeat(length / 65_537)].concat()),
+            ("STL", stl),
+        ];
+        for (kind, bytes) in files {
+            let (peak, scene) = peak(|| Scene::read(bytes.as_slice(), Path::new("m")));
+            scene.unwrap_or_else(|error| panic!("{kind}: {error}"));
+            let each = peak as f64 / bytes.len() as f64;
+            println!("{kind}: {each:.2}");
             worst = worst.max(each);
             assert!(each < most, "{kind}: {each} bytes of memory per byte of the file");
         }

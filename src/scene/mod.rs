@@ -66,8 +66,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads a file by its path, which need not be UTF-8.
-    /// The file is an OBJ, PLY, STL or glTF file, or a GLB file. Its format is found by its content.
+    /// Opens a built-in scene by its name, `cornell-box` or `nave`, or reads a file by its path, which need not be
+    /// UTF-8. The file is an OBJ, PLY, STL or glTF file, or a GLB file. Its format is found by its content.
     ///
     /// # Errors
     /// [`Error::Input`] if there is no such file, or if it is not a model. See [`Mesh::load_obj`].
@@ -75,8 +75,8 @@ impl Scene {
         Scene::open_with(name_or_path, &|_, _| {})
     }
 
-    /// Opens a scene as [`Scene::open`] does. While the file is read, `progress` is called with the number of bytes that
-    /// have been read, and with how many there are. If that is not known, as for a pipe, it is 0.
+    /// Opens a scene as [`Scene::open`] does. While the file is read, `progress` is called with the number of bytes
+    /// that have been read, and with how many there are. If that is not known, as for a pipe, it is 0.
     ///
     /// # Errors
     /// The same as for [`Scene::open`].

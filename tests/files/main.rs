@@ -8,9 +8,6 @@ mod scene;
 mod settings;
 mod textures;
 
-#[path = "../rig/random.rs"]
-#[allow(dead_code, unreachable_pub)]
-mod random;
 #[path = "../rig/formats.rs"]
 #[allow(unreachable_pub)]
 mod written;

@@ -3,7 +3,7 @@
 
 use hbao::Error;
 use hbao::image::{Layers, exr, png, read_channels};
-use hbao::scene::Mesh;
+use hbao::scene::{Mesh, Scene};
 use hbao::settings::{KNOBS, Settings};
 use std::io::BufReader;
 use std::path::Path;
@@ -44,6 +44,28 @@ pub(crate) fn model(obj: &[u8], mtl: &[u8]) -> Option<Vec<String>> {
             None
         }
         (result, in_pieces) => panic!("{result:?}, but read in pieces {in_pieces:?}"),
+    }
+}
+
+/// Reads a model of any format, whole and in small pieces. The result must be a consistent mesh with notices of one
+/// line, or an error of one line. Returns whether there is a mesh.
+pub(crate) fn any_model(bytes: &[u8]) -> bool {
+    // No file of this folder is read, because there is none.
+    let path = Path::new("no such folder/model");
+    match (Scene::read(bytes, path), Scene::read(BufReader::with_capacity(7, bytes), path)) {
+        (Ok(scene), Ok(same)) => {
+            assert_eq!((&scene.mesh, &scene.notices, &scene.cameras), (&same.mesh, &same.notices, &same.cameras));
+            holds_together(&scene.mesh);
+            scene.notices.iter().for_each(|notice| one_line(notice));
+            assert!(scene.cameras.iter().all(|(_, view)| view.check().is_ok()));
+            true
+        }
+        (Err(error), Err(same)) => {
+            assert!(!error.is_usage() && error.to_string() == same.to_string(), "{error} {same}");
+            one_line(&error.to_string());
+            false
+        }
+        (scene, same) => panic!("{:?}, but read in pieces {:?}", scene.map(|s| s.notices), same.map(|s| s.notices)),
     }
 }
 

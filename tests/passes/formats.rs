@@ -1,4 +1,5 @@
-//! A mesh is drawn alike whatever the format of its file is: the G-buffers are the same to the bit, and agree with rays.
+//! A mesh is drawn alike whatever the format of its file is: the G-buffers are the same to the bit, and agree with
+//! rays.
 
 use crate::rig::formats::{self, Order};
 use crate::rig::{self, Frame, Shot, assert_identical, twin};

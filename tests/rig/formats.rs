@@ -105,8 +105,8 @@ pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     file
 }
 
-/// The JSON and the binary data of a mesh, one primitive for each colour. `nodes` are the nodes in JSON, and `more` other
-/// members of the file. Buffer 0 gets this URI, or none.
+/// The JSON and the binary data of a mesh, one primitive for each colour. `nodes` are the nodes in JSON, and `more`
+/// other members of the file. Buffer 0 gets this URI, or none.
 pub fn gltf(mesh: &Mesh, nodes: &str, more: &str, uri: Option<&str>) -> (String, Vec<u8>) {
     let mut binary: Vec<u8> = mesh.positions.iter().flat_map(|&p| floats(p)).flat_map(f32::to_le_bytes).collect();
     let points = binary.len();

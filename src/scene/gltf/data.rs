@@ -1,5 +1,5 @@
-//! The numbers of a glTF file: accessors, and the buffers in which they stand. Every offset and length is checked before
-//! it is used.
+//! The numbers of a glTF file: accessors, and the buffers in which they stand. Every offset and length is checked
+//! before it is used.
 
 use super::json::{Accessor, BufferView, Components, Root};
 use crate::Error;
