@@ -232,7 +232,8 @@ fn junk_in_other_formats_ends_in_one_line_and_leaves_no_trace_in_memory() {
     let ply = b"ply\nformat ascii 1.0\n";
     let claim = b"ply\nformat binary_little_endian 1.0\nelement junk 18446744073709551615\nproperty list uint int a\nend_header\n";
     let points = b"ply\nformat ascii 1.0\nelement vertex 18446744073709551615\nproperty int x\nend_header\n";
-    let kinds: [(&str, &[u8], &[u8], usize, &str); 10] = [
+    type Kind<'a> = (&'a str, &'a [u8], &'a [u8], usize, &'a str);
+    let kinds: [Kind; 10] = [
         ("comments of PLY", ply, b"comment \n", short, "before end_header"),
         ("one line of PLY", ply, b"comment ", long, "line 3: more than 2097152 bytes"),
         ("records of PLY that are skipped", claim, b"\x01\0\0\0abcd", short, "cut short"),

@@ -107,9 +107,10 @@ impl<R: BufRead> Body<R> {
     /// Skips a number or a list.
     pub(super) fn skip(&mut self, property: &Property) -> Result<(), String> {
         for _ in 0..self.count(property)? {
-            match self.order {
-                Order::Text => drop(self.word()?),
-                _ => drop(self.number(property.kind)?),
+            if self.order == Order::Text {
+                self.word()?;
+            } else {
+                self.number(property.kind)?;
             }
         }
         Ok(())
