@@ -20,11 +20,13 @@ use data::Data;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use json::{Node, Primitive, Root};
 use std::collections::HashSet;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 
 /// A mesh, and the cameras with their names.
 type Model = (Mesh, Vec<(String, View)>);
 
+/// The deepest nesting of brackets in JSON, which is the deepest that serde_json reads.
+const DEEPEST: u32 = 128;
 /// The most bytes of JSON.
 const MOST_JSON: u64 = 1 << 29;
 /// The triangles, and the positions, that the nodes of a small file may lay out. A file of more bytes may lay out as
@@ -129,7 +131,13 @@ fn number(bytes: &[u8]) -> u32 {
 
 /// Parses the JSON, to the end of `text`.
 fn parse(text: &mut impl Read) -> Result<Root, String> {
+    let text = Shallow { text, depth: 0, string: false, escaped: false };
     let root: Root = serde_json::from_reader(BufReader::new(text)).map_err(|e| {
+        match e.io_error_kind() {
+            Some(ErrorKind::InvalidData) => return format!("this is no glTF 2: {e}"),
+            Some(_) => return format!("cannot be read: {e}"),
+            None => {}
+        }
         let (line, column) = (e.line(), e.column());
         let what = e.to_string();
         let what = what.rsplit_once(" at line ").map_or(what.as_str(), |(what, _)| what);
@@ -149,6 +157,36 @@ fn parse(text: &mut impl Read) -> Result<Root, String> {
             let name = Error::shown(name);
             Err(format!("it requires the extension {name}, which is not read: export it without"))
         }
+    }
+}
+
+/// Reads JSON whose brackets are not nested too deeply. serde_json keeps a byte for each open bracket of what it skips.
+struct Shallow<R> {
+    text: R,
+    depth: u32,
+    /// Whether the text stands in a string, and after a backslash.
+    string: bool,
+    escaped: bool,
+}
+
+impl<R: Read> Read for Shallow<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.text.read(buffer)?;
+        for &byte in &buffer[..count] {
+            match (self.string, byte) {
+                _ if std::mem::take(&mut self.escaped) => {}
+                (true, b'\\') => self.escaped = true,
+                (_, b'"') => self.string = !self.string,
+                (false, b'[' | b'{') => self.depth += 1,
+                (false, b']' | b'}') => self.depth = self.depth.saturating_sub(1),
+                _ => {}
+            }
+            if self.depth > DEEPEST {
+                let what = format!("its JSON has brackets more than {DEEPEST} deep");
+                return Err(io::Error::new(ErrorKind::InvalidData, what));
+            }
+        }
+        Ok(count)
     }
 }
 

@@ -123,7 +123,7 @@ fn every_kind_of_gltf_file_has_its_verdict() {
         (
             "JSON of a million brackets",
             format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}"#, "[".repeat(1 << 20)).into(),
-            Refused(&["EOF while parsing"]),
+            Refused(&["brackets more than 128 deep"]),
         ),
         (
             "a list of two million entries",
