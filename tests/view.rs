@@ -189,6 +189,8 @@ impl Window {
     fn write(&mut self, field: &str, text: &str) {
         self.click(field);
         self.xdotool(&format!("key --delay 20 ctrl+a key --delay 20 Delete type --delay 20 {text}"));
+        // A press of a button that arrives in the frame of the last letter takes the letter's focus away.
+        self.wait(|line| line["fields"].as_array().unwrap().iter().any(|written| written == text));
     }
 
     /// Closes the window by its key. Nothing may have gone wrong.

@@ -193,6 +193,7 @@ impl Viewer {
             "truth": truth::log(self),
             "anatomy": anatomy::log(self),
             "said": self.said,
+            "fields": [self.model_text, self.image_text, self.settings_text],
             "widgets": log::rectangles(&self.widgets, context.pixels_per_point()),
         });
         let hearing = self.heard.clone();
