@@ -21,7 +21,7 @@ pub(super) struct Costs {
 pub(super) struct Frame {
     /// The passes of each side, by the number of the side.
     pub(super) sides: Vec<(usize, Vec<PassTime>)>,
-    /// All of it, reading back included, in milliseconds.
+    /// All of it, reading back included, in milliseconds; without that if shaders were compiled.
     pub(super) ms: f64,
     /// By how much its width and height were divided.
     pub(super) divisor: u32,
@@ -37,14 +37,16 @@ impl Costs {
                 self.passes.push(time.name);
             }
         }
-        // What compiling takes would leave the other frames without height.
-        if drawn.compiled || sides.iter().all(|(_, times)| times.is_empty()) {
+        if sides.iter().all(|(_, times)| times.is_empty()) {
             return;
         }
+        // What compiling takes would leave the other frames without height. It is no time of a pass.
+        let passes = || sides.iter().flat_map(|(_, times)| times).map(|time| time.wall_ms).sum();
+        let ms = if drawn.compiled { passes() } else { 1e3 * drawn.seconds };
         if self.frames.len() == FRAMES {
             self.frames.pop_front();
         }
-        self.frames.push_back(Frame { sides, ms: 1e3 * drawn.seconds, divisor: drawn.job.divisor });
+        self.frames.push_back(Frame { sides, ms, divisor: drawn.job.divisor });
     }
 
     /// Returns the number of frames in the graph, for the log.

@@ -128,9 +128,10 @@ fn graph(viewer: &mut Viewer, ui: &mut Ui, side: usize) {
     let text = |at: Pos2, align, text: String| {
         painter.text(at, align, text, FontId::proportional(11.0), Color32::from_gray(210));
     };
-    text(area.left_top() + vec2(5.0, 2.0), Align2::LEFT_TOP, format!("{}: {most:.1} ms", ["A", "B"][side]));
-    let what = "white: the whole frame";
-    text(area.right_top() + vec2(-5.0, 2.0), Align2::RIGHT_TOP, what.into());
+    let last = frames.last().map_or(0.0, |frame| passes(frame).iter().map(|(_, ms)| ms).sum());
+    text(area.left_top() + vec2(5.0, 2.0), Align2::LEFT_TOP, format!("{}: {last:.1} ms", ["A", "B"][side]));
+    let what = format!("white: the whole frame; top: {most:.1} ms");
+    text(area.right_top() + vec2(-5.0, 2.0), Align2::RIGHT_TOP, what);
 
     let hovered = response.hover_pos().map(|at| ((at.x - left(0)) / width).floor());
     let Some(frame) = hovered.filter(|at| *at >= 0.0).and_then(|at| frames.get(at as usize)) else { return };

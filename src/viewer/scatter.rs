@@ -225,7 +225,9 @@ fn plot(viewer: &mut Viewer, ui: &mut Ui) {
     if response.clicked() {
         // All rows have the radius that was asked for, as it was written.
         let radius = asked.sides[asked.tab].radius;
-        viewer.sides[viewer.tab] = Settings { radius, ..row.settings.clone() };
+        // All were measured with one depth sample per pixel, which is no property of a point.
+        let msaa = viewer.settings().msaa;
+        viewer.sides[viewer.tab] = Settings { radius, msaa, ..row.settings.clone() };
         viewer.said = format!("{} has the settings of the point.", ["A", "B"][viewer.tab]);
     }
     let side = ["A", "B"][viewer.tab];

@@ -342,17 +342,27 @@ impl Viewer {
     fn take_scene(&mut self, name: OsString, scene: Scene) -> Result<(), Error> {
         check_extent(&name, &scene)?;
         let eye = Eye::new(&scene.view, &scene.mesh, self.size)?;
+        let mut changed = None;
         for settings in &mut self.sides {
             // A length in units of the earlier scene means nothing here.
             if let Radius::Units(_) = settings.radius {
                 settings.radius = request::defaults(settings, &scene).radius;
+                changed = Some(settings.radius);
             }
             settings.blur_depth_sigma = None;
         }
         self.said = match scene.notices.first() {
             Some(notice) => notice.clone(),
-            None => format!("{} has {} triangles.", title(&name), scene.mesh.triangles.len()),
+            None => {
+                let radius = match changed {
+                    Some(Radius::Units(radius)) => format!(" The radius is the scene's own now, {radius}."),
+                    Some(Radius::Percent(share)) => format!(" The radius is {share} % of the scene now."),
+                    _ => String::new(),
+                };
+                format!("{} has {} triangles.{radius}", title(&name), scene.mesh.triangles.len())
+            }
         };
+        self.costs.frames.clear();
         (self.first, self.eye) = (eye.clone(), eye);
         (self.name, self.scene, self.message) = (name, Arc::new(scene), None);
         self.model_text = self.name.to_string_lossy().into_owned();

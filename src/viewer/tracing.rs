@@ -1,5 +1,6 @@
 //! Traces the view on the screen on threads of its own, in passes that make it more and more exact.
 
+use crate::picture::ImageKind;
 use eframe::egui::{self, TextureHandle};
 use hbao::Error;
 use hbao::image::Image;
@@ -43,6 +44,8 @@ pub(super) enum Look {
 /// What the window knows of the truth.
 pub(super) struct Truth {
     pub(super) look: Look,
+    /// The image before the truth was looked at, if it was another than ambient occlusion.
+    pub(super) before: Option<(&'static str, &'static ImageKind)>,
     pub(super) rays: u32,
     /// The threads, once something was traced.
     pub(super) tracing: Option<Tracing>,
@@ -62,6 +65,7 @@ impl Truth {
     pub(super) fn new() -> Truth {
         Truth {
             look: Look::Off,
+            before: None,
             rays: 256,
             tracing: None,
             wanted: None,

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 const LOOKS: [(Look, &str, &str); 5] = [
     (Look::Off, "off", "Traces nothing"),
-    (Look::Numbers, "numbers", "Keeps the image, and shows the errors in numbers"),
+    (Look::Numbers, "numbers", "Shows ambient occlusion, and its errors in numbers"),
     (Look::Beside, "beside", "The image to the left of the divider, the truth to its right"),
     (Look::Alone, "alone", "Shows the truth"),
     (
@@ -61,7 +61,11 @@ pub(super) fn panel(viewer: &mut Viewer, ui: &mut Ui) {
     let bar = ui.add(bar.text(how_far(viewer)));
     viewer.note("truth progress", bar.rect);
     for line in in_words(viewer) {
-        ui.label(line);
+        ui.label(line).on_hover_text(
+            "RMSE: the root of the mean squared difference of ambient occlusion from the truth, over all pixels that show \
+             a surface; 0 is exact. Bias: the mean difference, above 0 where the image is too light. Noise: the part of the \
+             error that comes from the truth's own rays.",
+        );
     }
 }
 
@@ -74,8 +78,16 @@ pub(super) fn next(viewer: &mut Viewer) {
 fn choose(viewer: &mut Viewer, look: Look) {
     // Beside the truth, which is visibility, other images say little.
     if viewer.truth.look == Look::Off && !viewer.show.0.starts_with("ao") {
+        viewer.truth.before = Some(viewer.show);
         viewer.show = picture::names().find(|(name, _)| *name == "ao").unwrap_or(viewer.show);
         viewer.said = "The image is ao now, which can be compared with the truth.".into();
+    }
+    if look == Look::Off
+        && let Some(before) = viewer.truth.before.take()
+        && viewer.show.0 == "ao"
+    {
+        viewer.show = before;
+        viewer.said.clear();
     }
     viewer.truth.look = look;
     viewer.truth.stale = true;
