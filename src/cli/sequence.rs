@@ -186,6 +186,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         return Err(error);
     }
     told.say(chosen.len());
+    if work.rays.is_some() && rendered < chosen.len() {
+        say("frames that were there already were not traced: --truth-rays measures frames that are rendered");
+    }
     let seconds = start.elapsed().as_secs_f64();
     say(&format!(
         "frames {first} to {last}: {rendered} rendered, {} of them {:.2} per second, {} were there already",

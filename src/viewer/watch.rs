@@ -118,7 +118,11 @@ fn look(named: &Receiver<OsString>, mut name: OsString, changed: impl Fn()) {
 /// Returns a model's file, and the files that it may name as its materials. Some of these may not exist. A file that
 /// is no model, and a built-in scene, has none.
 fn files_of(path: &Path) -> Vec<PathBuf> {
-    let Some(file) = File::open(path).ok().filter(|_| path.is_file()) else { return Vec::new() };
+    // Opening a pipe would wait for its writer.
+    if !path.is_file() {
+        return Vec::new();
+    }
+    let Ok(file) = File::open(path) else { return Vec::new() };
     let mut files = vec![path.to_path_buf()];
     let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
     if !is_obj {

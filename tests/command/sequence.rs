@@ -290,6 +290,7 @@ fn what_is_no_sequence_is_refused_in_one_line() {
         ("--path missing.json -o #.png", "missing.json: it cannot be read"),
         ("--path walk.json -o frame.png", "must hold the signs ####"),
         ("--path walk.json -o #-#.png", "only one row of the signs"),
+        ("--path walk.json -o #####################.png", "more signs # than a number has digits"),
         ("--path walk.json -o ####.jpg", "must end in .png or .exr"),
         ("--path walk.json -o nowhere/#.png", "the folder nowhere does not exist"),
         ("--path walk.json -o #.png --frames 3-1", "has its first frame, 3, after its last, 1"),

@@ -55,6 +55,9 @@ pub(super) fn read(matches: &ArgMatches, all: RangeInclusive<u32>) -> Result<Vec
     Ok(frames)
 }
 
+/// The most signs `#` in a name.
+const MOST_DIGITS: usize = 20;
+
 /// The names of the files: the number of a frame takes the place of the signs `#`.
 pub(super) struct Names {
     before: String,
@@ -74,6 +77,9 @@ impl Names {
             return refuse("its name must hold the signs #### where the frame's number goes, such as frame.####.png");
         };
         let digits = name[start..].chars().take_while(|&c| c == '#').count();
+        if digits > MOST_DIGITS {
+            return refuse("its name holds more signs # than a number has digits: 20 at most");
+        }
         let (before, after) = (name[..start].to_string(), name[start + digits..].to_string());
         if after.contains('#') {
             return refuse("its name may hold only one row of the signs ####, for the frame's number");

@@ -3,7 +3,7 @@
 use super::frames::Names;
 use super::nothing;
 use crate::cli::flags::Flags;
-use crate::cli::session::{open_context, samples_given};
+use crate::cli::session::samples_given;
 use crate::cli::{render, unmeant};
 use crate::picture::{FileFormat, ImageKind};
 use crate::terminal::say;
@@ -73,7 +73,11 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
     }
 
     fn try_run(&self, first: bool, done: &Sender<Result<Done, Error>>) -> Result<(), Error> {
-        let context = if first { open_context(self.flags.backend)? } else { Context::open(self.flags.backend)? };
+        let context = Context::open(self.flags.backend)?;
+        if first {
+            context.passed_over().into_iter().for_each(say);
+            say(&context.describe());
+        }
         let mut pipeline = Pipeline::new(context.gl(), self.flags.size, &self.resolved, self.request)?;
         if first {
             pipeline.notices().iter().for_each(|notice| say(notice));
