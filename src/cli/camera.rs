@@ -21,14 +21,14 @@ const SQUARE: f64 = 0.01;
 
 /// The axes of the eye space that `--view-matrix` leads to.
 #[derive(Clone, Copy, PartialEq)]
-enum Axes {
+pub(super) enum Axes {
     /// OpenGL's: x right, y up, z backward.
     Gl,
     /// Computer vision's: x right, y down, z forward.
     Cv,
 }
 
-const AXES: [(&str, Axes); 2] = [("gl", Axes::Gl), ("cv", Axes::Cv)];
+pub(super) const AXES: [(&str, Axes); 2] = [("gl", Axes::Gl), ("cv", Axes::Cv)];
 
 /// Makes the flags of the camera.
 pub(super) fn arguments() -> impl Iterator<Item = Arg> {

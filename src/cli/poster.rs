@@ -1,5 +1,6 @@
 //! Pictures above the driver's limit: rendered in tiles, of which one row at a time is kept, and written to a PNG as
-//! they are finished. So the memory that is needed does not depend on the picture's height.
+//! they are finished. So the memory that is needed does not depend on the picture's height, unless the PNG goes to
+//! standard output, which gets nothing before all of it is there.
 
 use super::flags::{Flags, Opened, valued};
 use super::tile::{self, Region, Tile};

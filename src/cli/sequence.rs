@@ -135,7 +135,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         format,
         names: &names,
         rays: rays.filter(|_| !request.gbuffer_only),
-        keyword: (!matches.get_flag("no-metadata")).then(|| scene.mesh.sha256()),
+        contents: (!matches.get_flag("no-metadata")).then(|| scene.mesh.sha256()),
         view: &views,
         frames: &chosen,
         next: AtomicUsize::new(0),
@@ -191,8 +191,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     let seconds = start.elapsed().as_secs_f64();
     say(&format!(
-        "frames {first} to {last}: {rendered} rendered, {} of them {:.2} per second, {} were there already",
-        rendered,
+        "frames {first} to {last}: {rendered} rendered, {:.2} per second; {} were there already",
         rendered as f64 / seconds,
         chosen.len() - rendered
     ));

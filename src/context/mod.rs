@@ -4,9 +4,8 @@
 //! A context is current on the thread that opened it, from [`Context::open`] until it is dropped. It has no usable
 //! default framebuffer, so all rendering must go to framebuffer objects. Several threads may each have a context, from
 //! the same backend or from different ones. Each must be joined before the process ends: Mesa releases what it holds
-//! for a thread when the thread ends, and the rest at the end of the process. When both happened at once, glibc found
-//! its heap corrupted, in 1 run of 100. The end of a `std::thread::scope` does not wait for that; joining its handles
-//! does.
+//! for a thread when the thread ends, and the rest at the end of the process. Where both happen at once, the
+//! heap is corrupted. The end of a `std::thread::scope` does not wait for a thread's own end; joining its handles does.
 //!
 //! ```no_run
 //! use glow::HasContext as _;

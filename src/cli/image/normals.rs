@@ -2,7 +2,7 @@
 
 use super::channels::Names;
 use super::depth::{Depth, at};
-use crate::cli::camera::read_matrix;
+use crate::cli::camera::{AXES, Axes, read_matrix};
 use crate::cli::flags::{self, text};
 use clap::{Arg, ArgMatches, value_parser};
 use hbao::image::{Image, Layers};
@@ -26,9 +26,6 @@ const SPACES: [(&str, NormalsAre); 4] = [
 ];
 
 const ENCODINGS: [(&str, NormalEncoding); 2] = [("signed", NormalEncoding::Signed), ("biased", NormalEncoding::Biased)];
-
-/// The axes of the eye space that a view matrix leads to: whether y points down and z forward.
-const AXES: [(&str, bool); 2] = [("gl", false), ("cv", true)];
 
 const FLAGS: [&str; 5] = ["normals-are", "normals-encoding", "normals-channels", "view-matrix", "view-axes"];
 
@@ -104,7 +101,7 @@ impl NormalsFlags {
         let word = |name| text(matches, name);
         let are = flags::word("normals-are", word("normals-are").unwrap_or("right"), &SPACES)?;
         let encoding = word("normals-encoding").map(|text| flags::word("normals-encoding", text, &ENCODINGS));
-        let cv = flags::word("view-axes", word("view-axes").unwrap_or("gl"), &AXES)?;
+        let cv = flags::word("view-axes", word("view-axes").unwrap_or("gl"), &AXES)? == Axes::Cv;
         let view = read_matrix(matches, "view-matrix")?.map(|matrix| matrix.map(|entry| entry as f32));
         let space = match (are, view) {
             (NormalsAre::Eye(hand), _) => NormalSpace::Eye(hand),

@@ -36,7 +36,7 @@ pub(super) struct Work<'a, V> {
     /// The rays per pixel of the truth that each frame is compared with.
     pub(super) rays: Option<u32>,
     /// The hash of what the scene holds, which is stored in files; `None` for files without metadata.
-    pub(super) keyword: Option<String>,
+    pub(super) contents: Option<String>,
     /// The view of each frame.
     pub(super) view: &'a V,
     pub(super) frames: &'a [u32],
@@ -106,7 +106,7 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
         let (camera, mut notices) = view.camera(&self.scene.mesh, width, height)?;
         let mut seen = self.flags.seen_through(&camera, view.lens);
         seen.insert("frame".into(), i64::from(frame).into());
-        if let Some(contents) = &self.keyword {
+        if let Some(contents) = &self.contents {
             seen.insert("contents".into(), contents.clone().into());
         }
         seen.insert("show".into(), self.show.name.unwrap_or_default().into());
@@ -120,12 +120,12 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
             error: None,
             notices: Vec::new(),
         };
-        if self.keyword.is_some() && is_there(path, self.format, &origin) {
+        if self.contents.is_some() && is_there(path, self.format, &origin) {
             done.seconds = start.elapsed().as_secs_f64();
             return Ok(done);
         }
         pipeline.render(&self.scene.mesh, &camera)?;
-        let text = if self.keyword.is_some() { metadata(&origin).to_vec() } else { Vec::new() };
+        let text = if self.contents.is_some() { metadata(&origin).to_vec() } else { Vec::new() };
         let bytes = self.show.encode(pipeline, &self.resolved, self.format, &text)?;
         let depth = pipeline.depth()?;
         let nothing = || notices.is_empty().then(nothing);
