@@ -20,6 +20,7 @@ use super::polygon::{MOST_CORNERS, Triangulator};
 use super::statement::{Statement, Statements, number, quoted};
 use crate::Error;
 use glam::DVec3;
+use std::collections::HashSet;
 use std::io::{self, BufRead, ErrorKind, Read};
 use std::path::Path;
 
@@ -47,8 +48,8 @@ pub(super) struct Found {
     pub(super) positions: usize,
     /// The materials that `usemtl` statements name.
     pub(super) materials: Materials,
-    /// Each entry (t, m) says that the triangles from number t on have material m.
-    pub(super) uses: Vec<(u32, u32)>,
+    /// Which triangles have which material.
+    pub(super) uses: Vec<Use>,
     /// The names in `mtllib` statements, with their lines. Each name is listed once, since some exporters repeat the
     /// statement before each object. At most [`MOST_LIBRARIES`] names are kept.
     pub(super) libraries: Vec<(u64, Box<[u8]>)>,
@@ -61,6 +62,17 @@ pub(super) struct Found {
     pub(super) colours: Vec<[f32; 3]>,
     /// The positions of each triangle's corners, from the triangle on before which the first colour stands.
     pub(super) coloured: Option<(usize, Vec<[u32; 3]>)>,
+}
+
+/// Triangles that have one material, up to those of the next `Use`.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Use {
+    /// The number of the first triangle.
+    pub(super) first: u32,
+    pub(super) material: u32,
+    /// The line of the first triangle if these triangles lack texture coordinates, so that no texture can be laid on
+    /// them, or 0 if they have them at all corners.
+    pub(super) bare: u64,
 }
 
 /// Reads an OBJ file statement by statement, and gives tobj what it can read of it.
@@ -83,6 +95,8 @@ struct Writer {
     normals: usize,
     /// The number of texture coordinates in the file. In the text there is one more, as for normals.
     coordinates: usize,
+    /// The numbers of those that give no point of a texture.
+    bad_coordinates: HashSet<u32>,
     found: Found,
     face: Face,
 }
@@ -98,6 +112,18 @@ struct Face {
 impl Default for Face {
     fn default() -> Face {
         Face { corners: Vec::new(), points: Vec::new(), triangulator: Triangulator::new() }
+    }
+}
+
+impl Found {
+    /// Changes what the next triangles have, as `change` makes it of what the triangles before have.
+    fn use_from_here(&mut self, change: impl FnOnce(Use) -> Use) {
+        let first = self.triangles as u32;
+        let last = self.uses.last().copied().unwrap_or_default();
+        if self.uses.last().is_some_and(|last| last.first == first) {
+            self.uses.pop(); // no triangle has it
+        }
+        self.uses.push(Use { first, ..change(last) });
     }
 }
 
@@ -192,11 +218,12 @@ impl Writer {
                     self.end_object();
                     self.vector("vt", ["0"; 2]);
                 }
-                self.coordinates += 1;
                 let words = coordinate(statement).unwrap_or_else(|what| {
                     self.found.texture_notices.add(Kind::Coordinate, || statement.notice(what));
+                    self.bad_coordinates.insert(self.coordinates as u32);
                     ["0"; 2]
                 });
+                self.coordinates += 1;
                 self.vector("vt", words);
             }
             "f" => self.face(statement)?,
@@ -206,11 +233,7 @@ impl Writer {
                     Some(&material) => material,
                     None => *found.materials.entry(statement.name().into()).or_insert(next),
                 };
-                let first = found.triangles as u32;
-                match found.uses.last_mut() {
-                    Some(last) if last.0 == first => last.1 = material, // the previous material has no triangles
-                    _ => found.uses.push((first, material)),
-                }
+                found.use_from_here(|_| Use { material, ..Use::default() });
             }
             "mtllib" => {
                 let name = statement.name();
@@ -243,6 +266,7 @@ impl Writer {
                 self.found.texture_notices.add(Kind::CoordinateIndex, || statement.notice(what));
                 NONE
             });
+            let vt = if self.bad_coordinates.contains(&vt) { NONE } else { vt };
             let v = v?;
             let vn = vn.unwrap_or_else(|what| {
                 self.found.notices.add(Kind::NormalIndex, || statement.notice(what));
@@ -257,6 +281,16 @@ impl Writer {
         }
         if self.found.triangles > MOST / 3 - MOST_CORNERS {
             return Err(format!("more than {} triangles; split the model", MOST / 3));
+        }
+        // A texture is laid on a whole face, or not at all.
+        let bare = corners.iter().any(|&[_, vt, _]| vt == NONE);
+        if bare {
+            corners.iter_mut().for_each(|[_, vt, _]| *vt = NONE);
+        }
+        if let Some(&last) = self.found.uses.last()
+            && (last.bare > 0) != bare
+        {
+            self.found.use_from_here(|last| Use { bare: if bare { statement.line() } else { 0 }, ..last });
         }
         points.clear();
         points.extend(corners.iter().map(|&[v, ..]| self.positions[v as usize]));

@@ -68,7 +68,7 @@ pub(super) fn materials(file: impl BufRead, path: &Path, wanted: &Materials, not
     // The last valid statement of each kind, by the materials' numbers.
     let mut definitions: BTreeMap<u32, Definition> = BTreeMap::new();
     let mut maps: HashMap<(u32, &'static str), Named> = HashMap::new();
-    let mut dissolved: HashMap<u32, u64> = HashMap::new();
+    let mut dissolved: HashMap<(u32, &'static str), u64> = HashMap::new();
     let mut statements = Statements::new(file, path);
     loop {
         let statement = match statements.next() {
@@ -103,9 +103,10 @@ pub(super) fn materials(file: impl BufRead, path: &Path, wanted: &Materials, not
                 (Err(what), _) => notices.add(Kind::Colour, || statement.notice(what)),
             },
             keyword @ ("d" | "Tr") => match dissolve(&statement) {
-                Ok(d) => {
-                    set("d", format!("{}", if keyword == "d" { d } else { 1.0 - d }));
-                    dissolved.extend(current.flatten().map(|material| (material, statement.line())));
+                Ok(number) => {
+                    let (keyword, d) = if keyword == "d" { ("d", number) } else { ("Tr", 1.0 - number) };
+                    set(keyword, d.to_string());
+                    dissolved.extend(current.flatten().map(|material| ((material, keyword), statement.line())));
                 }
                 Err(what) if current.flatten().is_some() => {
                     notices.add(Kind::Dissolve, || statement.notice(what));
@@ -129,7 +130,14 @@ pub(super) fn materials(file: impl BufRead, path: &Path, wanted: &Materials, not
         }
     }
     let mut text = String::new();
-    for (material, definition) in definitions {
+    for (material, mut definition) in definitions {
+        // `Tr` is 1 - d. Where a material has both, `d` counts: exporters differ in what they write for `Tr`.
+        if let Some(d) = definition.remove("Tr")
+            && !definition.contains_key("d")
+        {
+            definition.insert("d", d);
+            dissolved.extend(dissolved.get(&(material, "Tr")).map(|&line| ((material, "d"), line)));
+        }
         text += &format!("newmtl {material}\n");
         definition.into_iter().for_each(|(keyword, value)| text += &format!("{keyword} {value}\n"));
     }
@@ -140,7 +148,7 @@ pub(super) fn materials(file: impl BufRead, path: &Path, wanted: &Materials, not
                 |texture: Option<String>| maps.remove(&(number, if texture? == "map_d" { "map_d" } else { "map_Kd" }));
             let read = Material {
                 colour: material.diffuse.map_or(WHITE, |colour| colour.map(|x| x as f32)),
-                invisible: material.dissolve.filter(|&d| d < 0.5).and_then(|_| dissolved.get(&number).copied()),
+                invisible: material.dissolve.filter(|&d| d < 0.5).and_then(|_| dissolved.get(&(number, "d")).copied()),
                 colour_map: map(material.diffuse_texture),
                 cut_map: map(material.dissolve_texture),
             };

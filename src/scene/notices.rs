@@ -48,6 +48,8 @@ pub(super) enum Kind {
     Coordinate,
     /// A corner whose index of a texture coordinate is wrong.
     CoordinateIndex,
+    /// A triangle without texture coordinates whose material has a texture.
+    Bare,
     /// A material that a `usemtl` statement names and no material file defines.
     Material,
 }
@@ -67,8 +69,9 @@ impl Kind {
             Kind::Dissolve => ("materials", "its material is opaque"),
             Kind::Invisible => ("materials", "its triangles are left out"),
             Kind::Ignored => ("statements", "materials have map_Kd, map_d, Kd and d alone"),
-            Kind::Coordinate => ("texture coordinates", "it is taken as 0 0"),
-            Kind::CoordinateIndex => ("corners", "its texture coordinate is taken as 0 0"),
+            Kind::Coordinate => ("texture coordinates", "no texture is laid on its faces"),
+            Kind::CoordinateIndex => ("corners", "no texture is laid on its face"),
+            Kind::Bare => ("triangles", "no texture is laid on it, and nothing is cut out of it"),
             Kind::Facet => ("triangles", "it is left out"),
             Kind::Primitive => ("primitives", "it is left out"),
             Kind::End => ("ends", "it may have been cut short"),

@@ -12,7 +12,7 @@
 
 use super::find::{Found as FoundFile, spellings};
 use super::foreign;
-use super::guard::{Found, Guard};
+use super::guard::{Found, Guard, Use};
 use super::mesh::{Group, Mesh};
 use super::mtl::{self, MOST_LIBRARIES, WHITE};
 use super::notices::{Kind, Notices};
@@ -25,6 +25,7 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A model that has been read, without its material files.
@@ -155,6 +156,7 @@ fn read<M: BufRead>(
     let looks = model.looks(path, open, &mut textures, &mut notices);
     if looks.skins.len() > 1 {
         notices.extend(std::mem::take(&mut model.found.texture_notices));
+        model.tell_bare(&looks, path, &mut notices);
     }
     let mesh = model.into_mesh(looks).map_err(|e| match e {
         Error::Usage(what) => Error::input(path, what),
@@ -247,17 +249,28 @@ impl Model {
         looks
     }
 
+    /// Tells of the triangles on which no texture can be laid, although their material has one.
+    fn tell_bare(&self, looks: &Looks, path: &Path, notices: &mut Notices) {
+        for (run, Use { material, bare, .. }) in runs(&self.found.uses, self.found.triangles) {
+            let look = looks.of[material as usize];
+            if bare > 0 && look.visible && look.skin > 0 {
+                let what = || on_line(bare, "a triangle lacks texture coordinates, and its material has a texture");
+                run.for_each(|_| notices.add(Kind::Bare, || Error::input(path, what()).to_string()));
+            }
+        }
+    }
+
     /// Makes the mesh. Its triangles are sorted by the looks of their materials.
     fn into_mesh(self, looks: Looks) -> Result<Mesh, Error> {
         let Model { objects, found } = self;
         let uses = found.uses.clone();
         let mut parts = Parts::new(objects, found, looks.skins.len() > 1);
         let runs = |count: usize| {
-            let starts = [(0, 0)].into_iter().chain(uses.iter().copied());
-            let ends = uses.iter().map(|&(first, _)| first).chain([count as u32]);
-            let run = starts.zip(ends).map(|((first, material), end)| (first as usize..end as usize, material));
-            let run = run.map(|(run, material)| (run, looks.of[material as usize]));
-            run.filter(|(run, look)| !run.is_empty() && look.visible)
+            let runs = runs(&uses, count).map(|(run, of)| {
+                let look = looks.of[of.material as usize];
+                (run, if of.bare > 0 { Look { skin: 0, ..look } } else { look })
+            });
+            runs.filter(|(_, look)| look.visible)
         };
         let key = |look: Look| (look.colour.map(f32::to_bits), look.skin);
         // The looks in the order in which they appear, and how many triangles each has.
@@ -304,6 +317,14 @@ impl Model {
         }
         if normals.is_empty() { Ok(mesh) } else { mesh.with_normals(normals) }
     }
+}
+
+/// Returns the runs of the `count` triangles that have the same material, without empty ones.
+fn runs(uses: &[Use], count: usize) -> impl Iterator<Item = (Range<usize>, Use)> {
+    let starts = [Use::default()].into_iter().chain(uses.iter().copied());
+    let ends = uses.iter().map(|next| next.first).chain([count as u32]);
+    let runs = starts.zip(ends).map(|(of, end)| (of.first as usize..end as usize, of));
+    runs.filter(|(run, _)| !run.is_empty())
 }
 
 impl Parts {

@@ -116,9 +116,17 @@ fn a_surface_below_half_opacity_is_left_out_and_a_model_of_nothing_else_is_refus
     let folder = TempDir::new().unwrap();
     let obj = format!("{OBJ}usemtl b\nv 9 9 9\nf 1 2 4\n");
     fs::write(folder.path().join("m.obj"), obj).unwrap();
-    for (b, triangles) in
-        [("d 0.5", 2), ("d 0.49", 1), ("Tr 0.51", 1), ("Tr 0.5", 2), ("d 0\nd 1", 2), ("d -halo 0.3", 1)]
-    {
+    for (b, triangles) in [
+        ("d 0.5", 2),
+        ("d 0.49", 1),
+        ("Tr 0.51", 1),
+        ("Tr 0.5", 2),
+        ("d 0\nd 1", 2),
+        ("d -halo 0.3", 1),
+        ("d 1\nTr 1", 2),
+        ("Tr 1\nd 1", 2),
+        ("d 0\nTr 0", 1),
+    ] {
         fs::write(folder.path().join("m.mtl"), format!("newmtl a\nKd 1 0 0\nnewmtl b\n{b}\n")).unwrap();
         let Scene { mesh, notices, .. } = Scene::open(folder.path().join("m.obj")).unwrap();
         assert_eq!((mesh.triangles.len(), mesh.positions.len()), (triangles, 3 * triangles), "{b}");
@@ -146,12 +154,39 @@ fn bad_texture_coordinates_are_told_only_if_a_texture_is_used() {
     assert_eq!(read("newmtl a\nKd 1 0 0\n"), [""; 0]);
     let notices = read("newmtl a\nmap_Kd rgb.bmp\n");
     let expected = [
-        "m.obj: line 5: \"nan\" is not a finite number (the first of 3 such texture coordinates); it is taken as 0 0",
+        "m.obj: line 5: \"nan\" is not a finite number (the first of 3 such texture coordinates); no texture is laid on its \
+         faces",
         "m.obj: line 10: index 9 is out of range; 4 vt lines stand before it, counted from 1 (the first of 3 such corners); \
-         its texture coordinate is taken as 0 0",
+         no texture is laid on its face",
+        "m.obj: line 10: a triangle lacks texture coordinates, and its material has a texture (the first of 2 such \
+         triangles); no texture is laid on it, and nothing is cut out of it",
     ];
-    assert_eq!(notices.len(), 2, "{notices:?}");
+    assert_eq!(notices.len(), 3, "{notices:?}");
     assert!(notices.iter().zip(expected).all(|(notice, end)| notice.ends_with(end)), "{notices:#?}");
+}
+
+#[test]
+fn a_face_without_texture_coordinates_has_the_colour_of_its_material_and_is_not_cut() {
+    let folder = TempDir::new().unwrap();
+    write_pictures(folder.path());
+    let mtl = "newmtl a\nKd 0.5 0.5 0.5\nmap_Kd rgb.bmp\nmap_d alpha.png\nnewmtl plain\nKd 0.5 0.5 0.5\n";
+    fs::write(folder.path().join("m.mtl"), mtl).unwrap();
+    let read = |faces: &str| {
+        let start = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt nan 0\nusemtl a\n";
+        fs::write(folder.path().join("m.obj"), format!("{start}{faces}")).unwrap();
+        let Scene { mesh, notices, .. } = Scene::open(folder.path().join("m.obj")).unwrap();
+        (mesh, notices)
+    };
+    let (expected, notices) = read("f 1/1 2/2 3/3\nusemtl plain\nf 1 2 4\nusemtl a\nf 2/1 3/2 4/3\n");
+    assert_eq!(notices.len(), 1, "only the bad vt is told: {notices:?}");
+    // Without any coordinates, with some, with a wrong index, and with one that is no point.
+    for corners in ["1 2 4", "1/1 2/2 4", "1/1 2/2 4/9", "1/1 2/2 4/4"] {
+        let (mesh, notices) = read(&format!("f 1/1 2/2 3/3\nf {corners}\nf 2/1 3/2 4/3\n"));
+        assert_eq!(mesh, expected, "{corners}");
+        let told = "m.obj: line 12: a triangle lacks texture coordinates, and its material has a texture; no texture is \
+                    laid on it, and nothing is cut out of it";
+        assert_eq!(notices.iter().filter(|notice| notice.ends_with(told)).count(), 1, "{corners}: {notices:?}");
+    }
 }
 
 #[test]
