@@ -310,7 +310,7 @@ fn a_model_of_another_format_takes_few_bytes_for_each_of_its_file() {
 }
 
 /// The models that take the most memory, in files of about `length` bytes.
-fn models_of_little_but_one_thing(length: usize) -> [(&'static str, String); 12] {
+fn models_of_little_but_one_thing(length: usize) -> [(&'static str, String); 14] {
     let repeated = |head: &str, over: &str| format!("{head}{}", over.repeat(length / over.len()));
     let counted = |head: &str, next: &dyn Fn(usize) -> String| {
         let mut text = head.to_string();
@@ -333,6 +333,8 @@ fn models_of_little_but_one_thing(length: usize) -> [(&'static str, String); 12]
         ("coloured positions", repeated("v 0 0 0\nf 1 1 1\n", "v 0 0 0 1 0 0\n")),
         ("vertices with texture coordinates", counted("v 0 0 0\n", &|i| format!("vt 0 0\nf 1/{i} 1/{i} 1/{i}\n"))),
         ("colours in turn", repeated("mtllib m\nv 0 0 0\n", "usemtl a\nf 1 1 1\nusemtl b\nf 1 1 1\n")),
+        ("textures in turn", repeated("v 0 0 0\nvt 0 0\nusemtl a\n", "f 1/1 1/1 1/1\nf 1 1 1\n")),
+        ("bad texture coordinates", repeated("v 0 0 0\nf 1 1 1\n", "vt\n")),
         ("materials", counted("v 0 0 0\n", &|i| format!("usemtl {i}\nf 1 1 1\n"))),
         ("names of materials", counted("v 0 0 0\nf 1 1 1\n", &|i| format!("usemtl {i}\n"))),
         ("vertices", counted("", &|i| format!("v 0 0 0\nf {i} {i} {i}\n"))),
