@@ -31,21 +31,27 @@ out vec4 out_2; // colour; alpha is the share of the colour that is ambient
 #ifdef TEXTURED
 uniform sampler2D colour_map;
 uniform vec4 colour_placed; // the factors of texture coordinates, and what is added
-uniform int colour_clamped; // 1 if the texture is continued by its border, 0 if it is repeated
+uniform ivec2 colour_wrap; // how u and v go on outside [0, 1]: 0 repeated, 1 by the border, 2 mirrored
 #endif
 #ifdef CUT
 uniform sampler2D cut_map; // alpha
 uniform vec4 cut_placed;
-uniform int cut_clamped;
+uniform ivec2 cut_wrap;
 #endif
 
 #if defined(TEXTURED) || defined(CUT)
+// Returns the place in [0, 1] of a texture that is seen at x.
+float wrapped(float x, int wrap)
+{
+    return wrap == 0 ? fract(x) : wrap == 1 ? clamp(x, 0.0, 1.0) : 1.0 - abs(mod(x, 2.0) - 1.0);
+}
+
 // Returns the texel at texture coordinates: the nearest one, after they are wrapped.
-vec4 texel(sampler2D map, vec4 placed, int clamped, vec2 at)
+vec4 texel(sampler2D map, vec4 placed, ivec2 wrap, vec2 at)
 {
     at = at * placed.xy + placed.zw;
     ivec2 size = textureSize(map, 0);
-    vec2 within = clamped == 1 ? clamp(at, 0.0, 1.0) : fract(at);
+    vec2 within = vec2(wrapped(at.x, wrap.x), wrapped(at.y, wrap.y));
     return texelFetch(map, clamp(ivec2(floor(within * vec2(size))), ivec2(0), size - 1), 0);
 }
 #endif
@@ -103,7 +109,7 @@ void main()
     vec2 at = coordinates + steps.x * dFdx(coordinates) + steps.y * dFdy(coordinates);
 #endif
 #ifdef CUT
-    if (texel(cut_map, cut_placed, cut_clamped, at).r < 0.5)
+    if (texel(cut_map, cut_placed, cut_wrap, at).r < 0.5)
         discard;
 #endif
 
@@ -132,7 +138,7 @@ void main()
     colour *= clamp(tint, 0.0, 1.0);
 #endif
 #ifdef TEXTURED
-    colour *= texel(colour_map, colour_placed, colour_clamped, at).rgb;
+    colour *= texel(colour_map, colour_placed, colour_wrap, at).rgb;
 #endif
     float lit = shading.y * max(dot(n, light), 0.0);
     out_2 = vec4(colour * (shading.x + lit), shading.x / (shading.x + lit));

@@ -60,18 +60,22 @@ impl Poster<'_> {
     /// Renders the picture, and writes it to a PNG with this text.
     pub(super) fn write(&mut self, output: &Path, text: &[(&str, &str)]) -> Result<(), Error> {
         let (width, height) = self.flags.size;
-        let tile = self.tile()?;
-        let rows = height.div_ceil(tile.1);
-        let progress = bar(u64::from(rows) * u64::from(width.div_ceil(tile.0)), "tiles");
+        // All tiles are measured before the first is rendered, since rendering them may take hours.
+        let rows = self.rows()?;
+        let progress = bar(rows.iter().flatten().count() as u64, "tiles");
         let mut dark = false;
         let mut outputs = Outputs::new();
         outputs.stage_by(output, |to| {
-            let mut strip = |row: u32| self.strip(row, tile, &mut dark, &progress);
-            let first = strip(0)?;
+            let mut rows = rows.into_iter();
+            let mut strip = || rows.next().map(|row| self.strip(row, &mut dark, &progress)).transpose();
+            let Some(first) = strip()? else { return Ok(()) };
             let size = if first.half { (width.div_ceil(2), height.div_ceil(2)) } else { (width, height) };
             png::encode_rows(output, to, size, first.components, text, |to| {
                 first.write(output, to)?;
-                (1..rows).try_for_each(|row| strip(row)?.write(output, to))
+                while let Some(strip) = strip()? {
+                    strip.write(output, to)?;
+                }
+                Ok(())
             })
         })?;
         progress.finish_and_clear();
@@ -82,20 +86,11 @@ impl Poster<'_> {
         outputs.commit()
     }
 
-    /// Renders a row of tiles, counted from the top. `dark` becomes true if anything occludes.
-    fn strip(
-        &mut self,
-        row: u32,
-        (tile_width, tile_height): (u32, u32),
-        dark: &mut bool,
-        progress: &ProgressBar,
-    ) -> Result<Strip, Error> {
-        let (width, height) = self.flags.size;
-        let top = height - row * tile_height;
-        let bottom = top.saturating_sub(tile_height);
+    /// Renders a row of tiles. `dark` becomes true if anything occludes.
+    fn strip(&mut self, row: Vec<Region>, dark: &mut bool, progress: &ProgressBar) -> Result<Strip, Error> {
         let mut strip = Strip::default();
-        for left in (0..width).step_by(tile_width as usize) {
-            let (part, half) = self.render((left, bottom), (tile_width.min(width - left), top - bottom), dark)?;
+        for region in row {
+            let (part, half) = self.render(region, dark)?;
             strip.add(part, half);
             progress.inc(1);
         }
@@ -107,14 +102,11 @@ impl Poster<'_> {
     }
 
     /// Renders a tile, and returns it and whether it has half resolution. `dark` becomes true if anything occludes.
-    fn render(&mut self, corner: (u32, u32), size: (u32, u32), dark: &mut bool) -> Result<(EightBit, bool), Error> {
-        let (mesh, camera) = (&self.opened.scene.mesh, &self.opened.camera);
-        let tile = Tile::at(self.flags.size, corner, size, &self.given());
-        let region = tile.region(self.context.gl(), mesh, camera, self.settings, self.request)?;
+    fn render(&mut self, region: Region, dark: &mut bool) -> Result<(EightBit, bool), Error> {
         let Region { size, camera, kept } = region;
         self.pipeline.resize(size)?;
         self.pipeline.restrict(kept.as_ref().map(Kept::part));
-        self.pipeline.render(mesh, &camera)?;
+        self.pipeline.render(&self.opened.scene.mesh, &camera)?;
         if self.makes_ao() && !*dark {
             *dark = self.pipeline.ao()?.texels.iter().any(|&a| a < 1.0);
         }
@@ -129,8 +121,49 @@ impl Poster<'_> {
         self.side.map_or_else(|| format!("--size {width}x{height}"), |side| format!("--tile-size {side}"))
     }
 
+    /// Divides the picture into tiles, and returns what is rendered for each, row by row from the top. Tiles whose size
+    /// was not asked for are made smaller until the driver can render all of them.
+    fn rows(&self) -> Result<Vec<Vec<Region>>, Error> {
+        let mut tile = self.tile()?;
+        let mut depths = tile::depths(self.context.gl(), self.settings, self.request)?;
+        loop {
+            match self.regions(tile, depths.as_mut()) {
+                Err(Error::Usage(_)) if self.side.is_none() && tile.0.min(tile.1) >= 2 * LEAST => {
+                    tile = (tile.0 / 16 * 8, tile.1 / 16 * 8);
+                }
+                regions => return regions,
+            }
+        }
+    }
+
+    /// Returns what is rendered for each tile of this size, row by row from the top.
+    fn regions(
+        &self,
+        (tile_width, tile_height): (u32, u32),
+        mut depths: Option<&mut Pipeline>,
+    ) -> Result<Vec<Vec<Region>>, Error> {
+        let (width, height) = self.flags.size;
+        let count = u64::from(width.div_ceil(tile_width)) * u64::from(height.div_ceil(tile_height));
+        let progress = bar(count, "tiles measured");
+        let mut rows = Vec::new();
+        for top in (1..=height).rev().step_by(tile_height as usize) {
+            let bottom = top.saturating_sub(tile_height);
+            let mut row = Vec::new();
+            for left in (0..width).step_by(tile_width as usize) {
+                let size = (tile_width.min(width - left), top - bottom);
+                let tile = Tile::at(self.flags.size, (left, bottom), size, &self.given());
+                let (mesh, camera) = (&self.opened.scene.mesh, &self.opened.camera);
+                row.push(tile.region(self.context.gl(), mesh, camera, self.settings, depths.as_deref_mut())?);
+                progress.inc(1);
+            }
+            rows.push(row);
+        }
+        progress.finish_and_clear();
+        Ok(rows)
+    }
+
     /// Chooses the size of the tiles, after a look at the whole view in a small picture.
-    fn tile(&mut self) -> Result<(u32, u32), Error> {
+    fn tile(&self) -> Result<(u32, u32), Error> {
         let (width, height) = self.flags.size;
         tile::check_size((width, height))?;
         let Opened { scene, camera, empty, .. } = self.opened;

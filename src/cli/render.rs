@@ -213,7 +213,10 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
             .write(&wanted.output, &text);
     }
     let region = match &tile {
-        Some(tile) => tile.region(context.gl(), &scene.mesh, camera, &resolved, wanted.request())?,
+        Some(tile) => {
+            let mut depths = tile::depths(context.gl(), &resolved, wanted.request())?;
+            tile.region(context.gl(), &scene.mesh, camera, &resolved, depths.as_mut())?
+        }
         None => Region { size: flags.size, camera: *camera, kept: None },
     };
     let mut pipeline = Pipeline::new(context.gl(), region.size, &resolved, wanted.request())?;

@@ -101,25 +101,22 @@ impl Tile {
     }
 
     /// Returns what must be rendered so that the tile is that of the whole picture, seen by `camera`. Its depth is
-    /// rendered first, because the guard band depends on the nearest surface. Without ambient occlusion there is no
-    /// band.
+    /// rendered first, because the guard band depends on the nearest surface. This is done by `depths`, whose settings
+    /// must have the same formats and number of samples. Without ambient occlusion there is no band.
     pub(crate) fn region(
         &self,
-        gl: &Arc<glow::Context>,
+        gl: &glow::Context,
         mesh: &Mesh,
         camera: &Camera,
         settings: &Settings,
-        request: Request,
+        depths: Option<&mut Pipeline>,
     ) -> Result<Region, Error> {
-        if request.gbuffer_only {
-            return self.with_band(gl, camera, [0; 2]);
-        }
+        let Some(depths) = depths else { return self.with_band(gl, camera, [0; 2]) };
         // The blur also mixes in what lies around the tile.
         let near = self.with_band(gl, camera, [settings.blur_reach(); 2])?;
-        let gbuffer = Request { gbuffer_only: true, ..Request::default() };
-        let mut pipeline = Pipeline::new(gl, near.size, settings, gbuffer)?;
-        pipeline.render(mesh, &near.camera)?;
-        let nearest = pipeline.depth()?.texels.into_iter().fold(f32::INFINITY, f32::min);
+        depths.resize(near.size)?;
+        depths.render(mesh, &near.camera)?;
+        let nearest = depths.depth()?.texels.into_iter().fold(f32::INFINITY, f32::min);
         let band = settings.guard_band(camera.projection, self.picture, nearest.into()).map_err(prefixed)?;
         self.with_band(gl, camera, band)
     }
@@ -153,6 +150,17 @@ impl Tile {
     pub(crate) fn value(&self) -> &str {
         self.given.trim_start_matches("--tile ")
     }
+}
+
+/// Makes the pipeline that renders the depth of tiles before their ambient occlusion, of any size, unless `request` asks
+/// for no ambient occlusion.
+pub(crate) fn depths(
+    gl: &Arc<glow::Context>,
+    settings: &Settings,
+    request: Request,
+) -> Result<Option<Pipeline>, Error> {
+    let gbuffer = Request { gbuffer_only: true, ..Request::default() };
+    (!request.gbuffer_only).then(|| Pipeline::new(gl, (8, 8), settings, gbuffer)).transpose()
 }
 
 /// Refuses a size above that of the largest picture that is rendered in tiles.

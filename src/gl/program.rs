@@ -188,6 +188,13 @@ impl Program {
         self
     }
 
+    /// Sets an ivec2 of the program, which must be in use.
+    pub(crate) fn ivec2(&self, name: &'static str, [x, y]: [i32; 2]) -> &Program {
+        // SAFETY: as `float`.
+        unsafe { self.gl.uniform_2_i32(self.uniform(name).as_ref(), x, y) };
+        self
+    }
+
     /// Makes a sampler of the program, which must be in use, read a texture unit.
     pub(crate) fn unit(&self, name: &'static str, unit: u32) -> &Program {
         self.int(name, unit as i32)

@@ -1,7 +1,7 @@
 //! Renders the G-buffer (ShaderX7 6.2, Input buffers): the linear depth, the normals and, if an image needs it, the
 //! colour of the triangles, in one pass.
 
-use super::skin::{Needs, Skins};
+use super::skin::{Needs, Skins, Textures};
 use super::{Grid, RAY};
 use crate::Error;
 use crate::gl::{Defines, Program, check, not_made, source};
@@ -75,9 +75,9 @@ impl GBuffer {
         Ok(GBuffer { gl: gl.clone(), program, variant })
     }
 
-    /// Transforms the triangles to eye space and uploads them. The transformation is in float64, so that a scene far
-    /// from the origin loses no precision.
-    pub(crate) fn upload(&self, mesh: &Mesh, camera: &Camera) -> Result<Triangles, Error> {
+    /// Transforms the triangles to eye space and uploads them, and those textures that are not among `textures` yet. The
+    /// transformation is in float64, so that a scene far from the origin loses no precision.
+    pub(crate) fn upload(&self, mesh: &Mesh, camera: &Camera, textures: &mut Textures) -> Result<Triangles, Error> {
         // OpenGL takes counts of indices and offsets in bytes as 32-bit signed integers. A triangle has 12 bytes.
         if i32::try_from(12 * mesh.triangles.len() as u64).is_err() {
             let count = mesh.triangles.len();
@@ -87,10 +87,10 @@ impl GBuffer {
             ));
         }
         let gl = &self.gl;
+        let needs = self.variant.needs;
+        let skins = Skins::new(mesh, needs, textures)?;
         // SAFETY: the context is current.
         let vertices = unsafe { gl.create_vertex_array() }.map_err(|_| not_made(gl, TRIANGLES))?;
-        let needs = self.variant.needs;
-        let skins = Skins::upload(gl, mesh, needs)?;
         let mut triangles = Triangles {
             gl: gl.clone(),
             vertices,

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::gl::{Program, check, not_made};
-use crate::scene::{Map, Mesh};
+use crate::scene::{Map, Mesh, Skin, Texture, Wrap};
 use glow::HasContext;
 use std::sync::Arc;
 
@@ -31,73 +31,79 @@ impl Needs {
     }
 }
 
-/// The textures of a mesh, uploaded to OpenGL.
-pub(crate) struct Skins {
+/// The textures that are uploaded to OpenGL. They stay there for later frames of the same mesh.
+pub(crate) struct Textures {
     gl: Arc<glow::Context>,
-    needs: Needs,
-    /// The textures, and what each holds.
-    textures: Vec<(glow::Texture, Held)>,
-    /// For each group of the mesh, the textures that the shader reads: their numbers, and how they are laid.
-    groups: Vec<Vec<Laid>>,
+    held: Vec<Held>,
 }
 
-/// What a texture holds: its number of channels, and the address of its texels, or none if it is a single white texel.
-type Held = (usize, Option<*const u8>);
+/// A texture that is uploaded.
+struct Held {
+    texture: glow::Texture,
+    channels: usize,
+    /// What it holds, or none if it is a single texel of ones.
+    of: Option<Arc<Texture>>,
+    /// True if the last mesh uses it.
+    used: bool,
+}
 
-/// A texture that the shader reads: its number, the scale and offset of its coordinates, and whether it is clamped.
-type Laid = (usize, [f32; 4], bool);
-
-/// The uniforms of each texture that the shader may read, in the order of the units.
-const UNIFORMS: [[&str; 3]; 2] =
-    [["colour_map", "colour_placed", "colour_clamped"], ["cut_map", "cut_placed", "cut_clamped"]];
-
-impl Skins {
-    /// Uploads the textures that are needed.
-    pub(crate) fn upload(gl: &Arc<glow::Context>, mesh: &Mesh, needs: Needs) -> Result<Skins, Error> {
-        let mut skins = Skins { gl: gl.clone(), needs, textures: Vec::new(), groups: Vec::new() };
-        for skin in mesh.skins().iter().filter(|_| needs.textured || needs.cut) {
-            let maps = [(needs.textured, skin.colour.as_ref(), 3), (needs.cut, skin.cut.as_ref(), 1)];
-            let mut laid = Vec::new();
-            for (needed, map, channels) in maps {
-                laid.push(if needed { skins.laid(map, channels)? } else { (0, [0.0; 4], false) });
-            }
-            skins.groups.push(laid);
-        }
-        Ok(skins)
+impl Textures {
+    pub(crate) fn new(gl: &Arc<glow::Context>) -> Textures {
+        Textures { gl: gl.clone(), held: Vec::new() }
     }
 
-    /// Uploads a texture, if it is not there yet. Without one this is a single white or opaque texel.
-    fn laid(&mut self, map: Option<&Map>, channels: usize) -> Result<Laid, Error> {
-        let Some(Map { texture, placed }) = map else {
-            return Ok((self.texture(&[255; 3][..channels], (1, 1), (channels, None))?, [0.0; 4], true));
+    /// Returns the bytes of all textures.
+    pub(crate) fn bytes(&self) -> u64 {
+        let texels = |held: &Held| held.of.as_ref().map_or(held.channels, |of| of.texels.len());
+        self.held.iter().map(|held| texels(held) as u64).sum()
+    }
+
+    /// Returns the number of a texture, which is uploaded if it is not there yet.
+    fn number(&mut self, of: Option<&Arc<Texture>>, channels: usize) -> Result<usize, Error> {
+        let same = |held: &Held| match (&held.of, of) {
+            (Some(held), Some(of)) => Arc::ptr_eq(held, of),
+            (None, None) => held.channels == channels,
+            _ => false,
         };
-        let (width, height) = (texture.width, texture.height);
-        // SAFETY: the context is current.
-        let limit = unsafe { self.gl.get_parameter_i32(glow::MAX_TEXTURE_SIZE) }.max(0) as u32;
-        if width.max(height) > limit {
-            return Err(Error::gl(
-                "gbuffer",
-                format!(
-                    "the texture {} has {width}x{height} texels, and this driver takes {limit}x{limit}: scale it down",
-                    Error::shown(&texture.name)
-                ),
-            ));
-        }
-        let number = self.texture(&texture.texels, (width, height), (channels, Some(texture.texels.as_ptr())))?;
-        let [scale, offset] = [placed.scale, placed.offset].map(|v| v.as_vec2());
-        Ok((number, [scale.x, scale.y, offset.x, offset.y], placed.clamp))
-    }
-
-    fn texture(&mut self, texels: &[u8], (width, height): (u32, u32), held: Held) -> Result<usize, Error> {
-        if let Some(number) = self.textures.iter().position(|(_, known)| *known == held) {
+        if let Some(number) = self.held.iter().position(same) {
+            self.held[number].used = true;
             return Ok(number);
         }
+        match of {
+            None => self.upload(None, channels, &[u8::MAX; 3][..channels], (1, 1))?,
+            Some(texture) => {
+                let size = (texture.width, texture.height);
+                // SAFETY: the context is current.
+                let limit = unsafe { self.gl.get_parameter_i32(glow::MAX_TEXTURE_SIZE) }.max(0) as u32;
+                if size.0.max(size.1) > limit {
+                    let (name, (width, height)) = (Error::shown(&texture.name), size);
+                    return Err(Error::gl(
+                        "gbuffer",
+                        format!(
+                            "the texture {name} has {width}x{height} texels, and this driver takes {limit}x{limit}: \
+                             scale it down"
+                        ),
+                    ));
+                }
+                self.upload(Some(texture), channels, &texture.texels, size)?;
+            }
+        }
+        Ok(self.held.len() - 1)
+    }
+
+    fn upload(
+        &mut self,
+        of: Option<&Arc<Texture>>,
+        channels: usize,
+        texels: &[u8],
+        (width, height): (u32, u32),
+    ) -> Result<(), Error> {
         let gl = &self.gl;
-        let (internal, format) = if held.0 == 3 { (glow::RGB8, glow::RGB) } else { (glow::R8, glow::RED) };
+        let (internal, format) = if channels == 3 { (glow::RGB8, glow::RGB) } else { (glow::R8, glow::RED) };
         // SAFETY: the context is current, and `texels` holds `width * height` texels without padding between rows.
         unsafe {
             let texture = gl.create_texture().map_err(|_| not_made(gl, PLACE))?;
-            self.textures.push((texture, held));
+            self.held.push(Held { texture, channels, of: of.cloned(), used: true });
             gl.active_texture(glow::TEXTURE0);
             gl.bind_texture(glow::TEXTURE_2D, Some(texture));
             gl.pixel_store_i32(glow::UNPACK_ALIGNMENT, 1);
@@ -110,33 +116,83 @@ impl Skins {
             }
             gl.tex_parameter_i32(glow::TEXTURE_2D, glow::TEXTURE_MAX_LEVEL, 0);
         }
-        check(gl, PLACE)?;
-        Ok(self.textures.len() - 1)
+        check(gl, PLACE)
+    }
+
+    /// Deletes the textures that the last mesh does not use.
+    fn delete_unused(&mut self) {
+        // SAFETY: the textures are ours, and the context is current by the contract of `gl`.
+        self.held.iter().filter(|held| !held.used).for_each(|held| unsafe { self.gl.delete_texture(held.texture) });
+        self.held.retain(|held| held.used);
+    }
+}
+
+impl Drop for Textures {
+    fn drop(&mut self) {
+        self.held.iter_mut().for_each(|held| held.used = false);
+        self.delete_unused();
+    }
+}
+
+/// The textures that the groups of a mesh have.
+pub(crate) struct Skins {
+    gl: Arc<glow::Context>,
+    /// For each group of the mesh, the textures that the shader reads, in the order of the units. None is one that the
+    /// shader does not read.
+    groups: Vec<[Option<Laid>; 2]>,
+}
+
+/// A texture that the shader reads: the scale and offset of its coordinates, and how they are wrapped.
+struct Laid {
+    texture: glow::Texture,
+    placed: [f32; 4],
+    wrap: [Wrap; 2],
+}
+
+/// The uniforms of each texture that the shader may read, in the order of the units.
+const UNIFORMS: [[&str; 3]; 2] =
+    [["colour_map", "colour_placed", "colour_wrap"], ["cut_map", "cut_placed", "cut_wrap"]];
+
+impl Skins {
+    /// Makes the skins of a mesh, and uploads those textures that they need and that are not among `textures` yet.
+    pub(crate) fn new(mesh: &Mesh, needs: Needs, textures: &mut Textures) -> Result<Skins, Error> {
+        textures.held.iter_mut().for_each(|held| held.used = false);
+        let mut numbers = Vec::new();
+        for skin in mesh.skins().iter().filter(|_| needs.textured || needs.cut) {
+            let mut number = |needed: bool, map: Option<&Map>, channels| match needed {
+                true => textures.number(map.map(|map| &map.texture), channels).map(Some),
+                false => Ok(None),
+            };
+            numbers.push([number(needs.textured, skin.colour.as_ref(), 3)?, number(needs.cut, skin.cut.as_ref(), 1)?]);
+        }
+        let texture = |number: usize| textures.held[number].texture;
+        let of_group = |([colour, cut], skin): (&[Option<usize>; 2], &Skin)| {
+            [(colour, &skin.colour), (cut, &skin.cut)].map(|(number, map)| {
+                let texture = texture((*number)?);
+                Some(map.as_ref().map_or(Laid { texture, placed: [0.0; 4], wrap: [Wrap::Clamp; 2] }, |map| {
+                    let [scale, offset] = [map.placed.scale, map.placed.offset].map(|v| v.as_vec2());
+                    Laid { texture, placed: [scale.x, scale.y, offset.x, offset.y], wrap: map.placed.wrap }
+                }))
+            })
+        };
+        let groups = numbers.iter().zip(mesh.skins()).map(of_group).collect();
+        textures.delete_unused(); // this changes the numbers, which are not needed any more
+        Ok(Skins { gl: textures.gl.clone(), groups })
     }
 
     /// Binds the textures of a group, for a program that is in use.
     pub(crate) fn bind(&self, program: &Program, group: usize) {
         let Some(laid) = self.groups.get(group) else { return };
-        let needed = [self.needs.textured, self.needs.cut];
-        for (unit, (names, (number, placed, clamped))) in UNIFORMS.iter().zip(laid).enumerate() {
-            if !needed[unit] {
-                continue;
-            }
+        for (unit, (names, laid)) in UNIFORMS.iter().zip(laid).enumerate() {
+            let Some(Laid { texture, placed, wrap }) = laid else { continue };
             // SAFETY: the context is current and the texture ours. The pipeline has the context to itself, and binds
             // every texture again before it reads one.
             unsafe {
                 self.gl.active_texture(glow::TEXTURE0 + unit as u32);
-                self.gl.bind_texture(glow::TEXTURE_2D, Some(self.textures[*number].0));
+                self.gl.bind_texture(glow::TEXTURE_2D, Some(*texture));
                 self.gl.bind_sampler(unit as u32, None);
             }
-            program.unit(names[0], unit as u32).vec4(names[1], *placed).int(names[2], i32::from(*clamped));
+            program.unit(names[0], unit as u32).vec4(names[1], *placed).ivec2(names[2], wrap.map(|wrap| wrap as i32));
         }
-    }
-}
-
-impl Drop for Skins {
-    fn drop(&mut self) {
-        // SAFETY: the textures are ours, and the context is current by the contract of `gl`.
-        unsafe { self.textures.iter().for_each(|(texture, _)| self.gl.delete_texture(*texture)) };
     }
 }

@@ -10,7 +10,7 @@ use crate::gl::{self, Format, PassTime, Target, Texture, Timers};
 use crate::image::Image;
 use crate::pass::composite::{Apply, Composite};
 use crate::pass::gbuffer::{GBuffer, GBufferVariant};
-use crate::pass::skin::Needs;
+use crate::pass::skin::{Needs, Textures};
 use crate::pass::{BACKGROUND_R16F, BACKGROUND_R32F, FullScreen};
 use crate::projection::{Hand, Projection};
 use crate::scene::{Camera, Mesh};
@@ -60,6 +60,8 @@ pub struct Pipeline {
     targets: Arc<Targets>,
     /// The G-buffer pass, compiled for the kind of camera that was rendered last.
     gbuffer: Option<GBuffer>,
+    /// The textures of the mesh that was rendered last.
+    textures: Textures,
     ao: Option<AmbientOcclusion>,
     composite: Option<FinalImage>,
     full_screen: FullScreen,
@@ -141,6 +143,7 @@ impl Pipeline {
             size,
             targets,
             gbuffer: None,
+            textures: Textures::new(gl),
             ao,
             composite,
             full_screen: FullScreen::new(gl)?,
@@ -227,7 +230,7 @@ impl Pipeline {
             _ => GBuffer::new(&self.gl, variant)?,
         };
         let pass = self.gbuffer.insert(pass);
-        let triangles = pass.upload(mesh, camera)?;
+        let triangles = pass.upload(mesh, camera, &mut self.textures)?;
         self.triangle_bytes = triangles.bytes;
         self.timers.pass("gbuffer", || {
             targets.drawn().bind();
@@ -301,15 +304,20 @@ impl Pipeline {
     }
 
     /// Returns the bytes of all textures and renderbuffers that the pipeline holds, as their formats and sizes say. A
-    /// driver may take more. Some are made at the first [`Pipeline::render`].
+    /// driver may take more. Some are made at the first [`Pipeline::render`], as are the textures of the mesh, which
+    /// later frames of it use again.
     #[must_use]
     pub fn texture_bytes(&self) -> u64 {
         let image = self.composite.as_ref().map_or(0, |composite| composite.image.bytes());
-        self.targets.bytes() + self.ao.as_ref().map_or(0, AmbientOcclusion::texture_bytes) + image
+        self.targets.bytes()
+            + self.ao.as_ref().map_or(0, AmbientOcclusion::texture_bytes)
+            + image
+            + self.textures.bytes()
     }
 
-    /// Returns the bytes of the triangles that the last [`Pipeline::render`] uploaded: positions, normals if the
-    /// settings take those of the vertices, and indices. They are deleted again after the frame.
+    /// Returns the bytes of the triangles that the last [`Pipeline::render`] uploaded: positions, indices, and those of
+    /// the vertices' normals, colours and texture coordinates that the image needs. They are deleted again after the
+    /// frame.
     #[must_use]
     pub fn triangle_bytes(&self) -> u64 {
         self.triangle_bytes

@@ -9,16 +9,19 @@
 
 mod data;
 mod json;
+mod materials;
 
 use super::mtl::WHITE;
 use super::notices::{Kind, Notices};
 use super::parts::{MOST, Parts};
 use super::source::{Source, fill};
+use super::texture::{FARTHEST_COORDINATE, Skin};
 use super::{Lens, Mesh, View};
 use crate::Error;
 use data::Data;
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3};
 use json::{Node, Primitive, Root};
+use materials::{Look, Materials, encoded};
 use std::collections::HashSet;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 
@@ -197,6 +200,7 @@ fn read<R>(root: &Root, source: &Source<R>, binary: Option<Vec<u8>>, notices: &m
     let mut layout = Layout {
         root,
         data: Data::new(root, source.path, binary),
+        materials: Materials::new(root),
         parts: Parts::default(),
         cameras: Vec::new(),
         corners: 0,
@@ -216,8 +220,12 @@ fn read<R>(root: &Root, source: &Source<R>, binary: Option<Vec<u8>>, notices: &m
         layout.node(number, node, to_world).map_err(|what| format!("node {number}: {what}"))?;
         open.extend(node.children.iter().rev().map(|&child| (child, to_world)));
     }
-    let Layout { parts, mut cameras, .. } = layout;
-    if parts.is_empty() {
+    let Layout { parts, mut cameras, notices, .. } = layout;
+    if parts.is_empty() && notices.has(Kind::Invisible) {
+        return Err(
+            "its scene holds no triangles that are seen: alpha is below the cutoff in the materials of all".into()
+        );
+    } else if parts.is_empty() {
         return Err("its scene holds no triangles; export the meshes with it".into());
     }
     let mut known = HashSet::new();
@@ -265,6 +273,7 @@ fn local(node: &Node) -> Option<DAffine3> {
 struct Layout<'a> {
     root: &'a Root,
     data: Data<'a>,
+    materials: Materials<'a>,
     parts: Parts,
     cameras: Vec<(String, View)>,
     /// The number of corners of triangles, and of strips and fans.
@@ -297,6 +306,9 @@ impl Layout<'_> {
         let Some(shape) = node.mesh else { return Ok(()) };
         let shape = root.meshes.get(shape as usize).ok_or_else(|| format!("there is no mesh {shape}"))?;
         let told = |what: &str| (self.notice)(format!("node {number}: {what}"));
+        if node.extensions.instancing.is_some() {
+            self.notices.add(Kind::Instances, || told("EXT_mesh_gpu_instancing is not read"));
+        }
         for primitive in shape.primitives.iter() {
             if node.skin.is_some() || primitive.targets.is_some() {
                 self.notices.add(Kind::Pose, || told("skins and morph targets are not read"));
@@ -312,6 +324,10 @@ impl Layout<'_> {
     }
 
     fn primitive(&mut self, node: u32, primitive: &Primitive, position: u32, to_world: DAffine3) -> Result<(), String> {
+        let look = self.materials.look(primitive.material, &mut self.data, self.notices, self.notice)?;
+        if !look.visible {
+            return Ok(());
+        }
         let count = self.data.accessor(position)?.count;
         let corners = match primitive.indices {
             Some(indices) => self.data.accessor(indices)?.count,
@@ -329,28 +345,24 @@ impl Layout<'_> {
             None => Vec::new(),
         };
         let colours = match primitive.attributes.colour {
-            Some(colour) => self.data.colours(colour, count as usize)?,
+            Some(colour) => {
+                if self.data.lowest_alpha(colour, count as usize)? < look.least_alpha {
+                    let what = "the alpha of vertices is not read, and it is below the cutoff of their material";
+                    self.notices.add(Kind::VertexAlpha, || (self.notice)(format!("node {node}: {what}")));
+                }
+                self.data.colours(colour, count as usize)?
+            }
             None => Vec::new(),
         };
         let indices = primitive.indices.map(|indices| self.data.indices(indices)).transpose()?;
         if let Some(i) = indices.iter().flatten().find(|&&i| u64::from(i) >= count) {
             return Err(format!("index {i} is out of range; there are {count} positions, counted from 0"));
         }
-        let told = |what: &str| (self.notice)(format!("node {node}: {what}"));
-        let colour = match primitive.material {
-            None => WHITE,
-            Some(material) => {
-                let found = self.root.materials.get(material as usize);
-                let surface = &found.ok_or_else(|| format!("there is no material {material}"))?.pbr_metallic_roughness;
-                if surface.base_color_texture.is_some() {
-                    self.notices.add(Kind::Picture, || told("the textures of glTF are not read"));
-                }
-                surface.base_color_factor.as_deref().map_or(WHITE, |&[r, g, b, _]| [r, g, b].map(encoded))
-            }
-        };
+        let (coordinates, skin) = self.laid(node, primitive, look.clone(), count as usize)?;
+        let skin = self.parts.skin(skin);
         let at = |i: usize| indices.as_ref().map_or(i as u32, |indices| indices[i]) + first as u32;
         let corners = corners as usize;
-        let triangles = self.parts.triangles_of(colour);
+        let triangles = self.parts.triangles_of(look.colour, skin);
         match primitive.mode {
             4 if corners.is_multiple_of(3) => {
                 triangles.reserve(corners / 3);
@@ -383,12 +395,44 @@ impl Layout<'_> {
             self.parts.colours.extend(colours.into_iter().map(|colour| colour.to_array().map(encoded)));
             self.parts.colours.resize(first + positions.len(), WHITE);
         }
+        if !coordinates.is_empty() || !self.parts.coordinates.is_empty() {
+            self.parts.coordinates.resize(first, DVec2::ZERO);
+            self.parts.coordinates.extend(coordinates);
+            self.parts.coordinates.resize(first + positions.len(), DVec2::ZERO);
+        }
         if first == 0 {
             self.parts.positions = positions;
         } else {
             self.parts.positions.extend(positions);
         }
         Ok(())
+    }
+
+    /// Returns the coordinates of a primitive's `count` positions in the texture of its look, and the skin. Without
+    /// coordinates there is no skin.
+    fn laid(
+        &mut self,
+        node: u32,
+        primitive: &Primitive,
+        look: Look,
+        count: usize,
+    ) -> Result<(Vec<DVec2>, Skin), String> {
+        let Some(coordinates) = look.coordinates else { return Ok((Vec::new(), Skin::default())) };
+        let set = coordinates.set;
+        let why = match primitive.attributes.coordinates(set) {
+            None => format!("a primitive lacks TEXCOORD_{set}, and its material has a texture"),
+            Some(accessor) => {
+                let placed: Vec<DVec2> =
+                    self.data.coordinates(accessor, count)?.into_iter().map(|at| coordinates.placed(at)).collect();
+                // The comparison is written so that NaN is refused too.
+                if placed.iter().all(|at| at.abs().max_element() <= FARTHEST_COORDINATE && at.is_finite()) {
+                    return Ok((placed, look.skin));
+                }
+                format!("a primitive has texture coordinates past {FARTHEST_COORDINATE:e} in magnitude, or not finite")
+            }
+        };
+        self.notices.add(Kind::Bare, || (self.notice)(format!("node {node}: {why}")));
+        Ok((Vec::new(), Skin::default()))
     }
 }
 
@@ -400,13 +444,6 @@ fn of_normals(m: DMat3) -> DMat3 {
     }
     let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     if m.determinant() < 0.0 { -cofactors } else { cofactors }
-}
-
-/// Converts a linear colour as glTF has it to one that is shown as it is, as `Kd` is: by the curve of sRGB.
-fn encoded(linear: f64) -> f32 {
-    let x = if linear >= 0.0 { linear.min(1.0) } else { 0.0 }; // NaN is 0
-    let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 };
-    (encoded as f32).clamp(0.0, 1.0)
 }
 
 /// Returns the view of a camera, which looks along its -z. The scale of its node does not matter.

@@ -18,6 +18,7 @@ use super::mtl::{MOST_LIBRARIES, Materials, WHITE, too_many_libraries};
 use super::notices::{Kind, Notices};
 use super::polygon::{MOST_CORNERS, Triangulator};
 use super::statement::{Statement, Statements, number, quoted};
+use super::texture::FARTHEST_COORDINATE;
 use crate::Error;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -32,9 +33,6 @@ const OBJECT: usize = 1 << 16;
 
 /// The index of a corner that has no normal.
 const NONE: u32 = u32::MAX;
-
-/// The largest magnitude of a texture coordinate. float32 knows a point of a texture there to a sixteenth of it.
-const FARTHEST_COORDINATE: f64 = 1e6;
 
 /// The text for tobj is made in pieces of about this many bytes.
 const PIECE: usize = 1 << 14;

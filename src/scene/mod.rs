@@ -33,7 +33,7 @@ pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
 pub use path::{CameraPath, Interpolation, Key, Turntable};
-pub(crate) use texture::Map;
+pub(crate) use texture::{Map, Skin, Texture, Wrap};
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;

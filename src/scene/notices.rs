@@ -18,6 +18,10 @@ pub(super) enum Kind {
     Tints,
     /// The texture of a glTF file.
     Picture,
+    /// Alpha of a glTF file's vertices.
+    VertexAlpha,
+    /// Instances of a glTF file that an extension describes.
+    Instances,
     /// A skin or morph targets.
     Pose,
     /// A camera that cannot be used.
@@ -48,7 +52,7 @@ pub(super) enum Kind {
     Coordinate,
     /// A corner whose index of a texture coordinate is wrong.
     CoordinateIndex,
-    /// A triangle without texture coordinates whose material has a texture.
+    /// A triangle of an OBJ file, or a primitive of a glTF file, without texture coordinates whose material has a texture.
     Bare,
     /// A material that a `usemtl` statement names and no material file defines.
     Material,
@@ -71,12 +75,14 @@ impl Kind {
             Kind::Ignored => ("statements", "materials have map_Kd, map_d, Kd and d alone"),
             Kind::Coordinate => ("texture coordinates", "no texture is laid on its faces"),
             Kind::CoordinateIndex => ("corners", "no texture is laid on its face"),
-            Kind::Bare => ("triangles", "no texture is laid on it, and nothing is cut out of it"),
+            Kind::Bare => ("surfaces", "no texture is laid on it, and nothing is cut out of it"),
             Kind::Facet => ("triangles", "it is left out"),
             Kind::Primitive => ("primitives", "it is left out"),
             Kind::End => ("ends", "it may have been cut short"),
             Kind::Tints => ("colours", "the surface is white"),
             Kind::Picture => ("textures", "its material has the colour of baseColorFactor"),
+            Kind::VertexAlpha => ("primitives", "it is taken as 1"),
+            Kind::Instances => ("nodes", "its mesh is drawn once"),
             Kind::Pose => ("parts", "it is drawn in its rest pose"),
             Kind::Camera => ("cameras", "it is left out"),
             Kind::Face => ("faces", "it is left out"),

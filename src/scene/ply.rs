@@ -9,7 +9,7 @@ mod header;
 use super::Mesh;
 use super::mtl::WHITE;
 use super::notices::{Kind, Notices};
-use super::parts::{MOST, Parts, check};
+use super::parts::{MOST, Parts, SkinNumber, check};
 use super::polygon::{MOST_CORNERS, Triangulator};
 use super::source::Source;
 use crate::Error;
@@ -137,7 +137,7 @@ impl<R: BufRead> Reader<'_, R> {
     fn faces(&mut self, element: &Element) -> Result<(), String> {
         let list = corners_of(element)?;
         if self.believed {
-            self.parts.triangles_of(WHITE).reserve_exact(element.count as usize);
+            self.parts.triangles_of(WHITE, SkinNumber::default()).reserve_exact(element.count as usize);
         }
         let (mut corners, mut points): (Vec<u32>, Vec<DVec3>) = (Vec::new(), Vec::new());
         for i in 0..element.count {
@@ -168,7 +168,7 @@ impl<R: BufRead> Reader<'_, R> {
             points.clear();
             points.extend(corners.iter().map(|&i| positions[i as usize]));
             let cut = self.triangulator.triangles(&points);
-            let triangles = self.parts.triangles_of(WHITE);
+            let triangles = self.parts.triangles_of(WHITE, SkinNumber::default());
             triangles.extend(cut.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| corners[i as usize])));
         }
         Ok(())
@@ -194,7 +194,7 @@ impl<R: BufRead> Reader<'_, R> {
                     if length >= 2 && a != b && b != index && index != a {
                         self.room(3)?;
                         let turned = if length.is_multiple_of(2) { [a, b, index] } else { [b, a, index] };
-                        self.parts.triangles_of(WHITE).push(turned);
+                        self.parts.triangles_of(WHITE, SkinNumber::default()).push(turned);
                     }
                     last = [b, index];
                     length += 1;
@@ -230,7 +230,7 @@ impl<R: BufRead> Reader<'_, R> {
 
     /// Refuses more triangles than there may be.
     fn room(&mut self, more: usize) -> Result<(), String> {
-        let full = self.parts.triangles_of(WHITE).len() > MOST / 3 - more;
+        let full = self.parts.triangles_of(WHITE, SkinNumber::default()).len() > MOST / 3 - more;
         if full { Err(format!("more than {} triangles; split the model", MOST / 3)) } else { Ok(()) }
     }
 }

@@ -1,17 +1,12 @@
 //! Reads the statements `map_Kd` and `map_d` of materials, and opens the textures that they name.
 
-use super::find::{Found, find};
+use super::find::find;
 use super::notices::{Kind, Notices};
 use super::statement::{Statement, number, quoted};
-use super::texture::{self, Map, Placed, Reading, Skin, Texture};
+use super::texture::{self, Map, Pictures, Placed, Reading, Skin, Texture, Wrap};
 use glam::DVec2;
-use image::DynamicImage;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// The most texels of all textures of a model. Textures after these are not read.
-const MOST_TEXELS: usize = 1 << 28;
 
 /// A statement `map_Kd` or `map_d`, whose texture is not opened yet.
 #[derive(Clone)]
@@ -28,8 +23,8 @@ pub(super) struct Named {
 /// Parses `map_Kd` or `map_d`: options, and then a name, which may contain spaces. Returns what is wrong with it.
 pub(super) fn named(statement: &Statement, path: &Path) -> Result<Named, String> {
     let mut rest = statement.name();
-    let mut placed = Placed { scale: DVec2::ONE, offset: DVec2::ZERO, clamp: false };
-    let mut reading = Reading { base_gain: [0.0, 1.0], channel: None };
+    let mut placed = Placed { scale: DVec2::ONE, offset: DVec2::ZERO, wrap: [Wrap::Repeat; 2] };
+    let mut reading = Reading::PLAIN;
     while let Some((option, after)) = word(rest).filter(|(word, _)| word.starts_with(b"-")) {
         let most = match option {
             b"-s" | b"-o" | b"-t" => 3,
@@ -65,8 +60,8 @@ pub(super) fn named(statement: &Statement, path: &Path) -> Result<Named, String>
             b"-o" => placed.offset = pair(0.0),
             b"-mm" => reading.base_gain = [values[0], values[1]],
             b"-clamp" => match value {
-                b"on" => placed.clamp = true,
-                b"off" => placed.clamp = false,
+                b"on" => placed.wrap = [Wrap::Clamp; 2],
+                b"off" => placed.wrap = [Wrap::Repeat; 2],
                 other => return Err(format!("\"-clamp\" is on or off, not {}", quoted(other))),
             },
             b"-imfchan" => match value {
@@ -94,17 +89,12 @@ fn word(text: &[u8]) -> Option<(&[u8], &[u8])> {
 pub(super) struct Textures {
     /// The model's folders. Textures elsewhere are not opened. Without any, none is.
     folders: Vec<PathBuf>,
-    /// What each file became, as a texture of colours (`true`) or of alpha, by its path and how it is read. `None` if
-    /// it cuts nothing.
-    read: HashMap<String, Result<Option<Arc<Texture>>, String>>,
-    texels: usize,
-    /// The picture that was decoded last, since the alpha of a texture of colours is read after its colours.
-    last: Option<(PathBuf, DynamicImage)>,
+    pictures: Pictures,
 }
 
 impl Textures {
     pub(super) fn new(folders: Vec<PathBuf>) -> Textures {
-        Textures { folders, read: HashMap::new(), texels: 0, last: None }
+        Textures { folders, pictures: Pictures::default() }
     }
 
     /// Opens the textures of a material. What cannot be read is told to `notices`.
@@ -139,32 +129,18 @@ impl Textures {
         }
         let name: Vec<u8> = named.name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
         let found = find(&folders, &name)?;
-        let key = format!("{:?}", (&found.real, what, named.reading));
-        if let Some(read) = self.read.get(&key) {
-            return read.clone();
-        }
-        let read = self.decode(&found, named.reading, what);
-        self.read.insert(key, read.clone());
-        read
-    }
-
-    fn decode(&mut self, found: &Found, reading: Reading, what: What) -> Result<Option<Arc<Texture>>, String> {
-        if self.texels > MOST_TEXELS {
-            return Err(format!("comes after {MOST_TEXELS} texels of other textures, and no more are read"));
-        }
-        let name = found.shown.display().to_string();
-        let image = match self.last.take() {
-            Some((path, image)) if path == found.real => image,
-            _ => texture::decode(&found.real)?,
-        };
-        let texture = match what {
-            What::Colours => Some(texture::colours(&image, reading, name)),
-            What::Alpha => texture::cut(&image, reading, false, name),
-            What::AlphaOfColours => texture::cut(&image, reading, true, name),
-        };
-        self.last = Some((found.real.clone(), image));
-        self.texels += texture.as_ref().map_or(0, |texture| texture.texels.len() / texture.channels);
-        Ok(texture.map(Arc::new))
+        let reading = named.reading;
+        let shown = found.shown.display().to_string();
+        self.pictures.texture(
+            &format!("{:?}", found.real),
+            format!("{:?}", (what, reading)),
+            || texture::decode(&found.real),
+            |image| match what {
+                What::Colours => Some(texture::colours(image, reading, shown)),
+                What::Alpha => texture::cut(image, reading, false, shown),
+                What::AlphaOfColours => texture::cut(image, reading, true, shown),
+            },
+        )
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::Mesh;
 use super::notices::{Kind, Notices};
-use super::parts::{MOST, Parts, check};
+use super::parts::{MOST, Parts, SkinNumber, check};
 use super::source::{Source, fill};
 use super::statement::{Statement, Statements, number, on_line, quoted};
 use crate::Error;
@@ -48,7 +48,7 @@ impl Welder {
                 self.parts.positions.len() as u32 - 1
             })
         });
-        self.parts.triangles_of([1.0; 3]).push(triangle);
+        self.parts.triangles_of([1.0; 3], SkinNumber::default()).push(triangle);
         Ok(true)
     }
 

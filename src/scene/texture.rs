@@ -7,8 +7,9 @@ use crate::Error;
 use glam::DVec2;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use sha2::{Digest, Sha256};
+use std::collections::HashMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,6 +18,12 @@ const LONGEST: u32 = 16384;
 
 /// The most bytes that decoding a texture may need.
 const MOST_BYTES: u64 = 1 << 29;
+
+/// The most texels of all textures of a model. Textures after these are not read.
+const MOST_TEXELS: usize = 1 << 28;
+
+/// The largest magnitude of a texture coordinate. float32 knows a point of a texture there to a sixteenth of it.
+pub(super) const FARTHEST_COORDINATE: f64 = 1e6;
 
 /// The least alpha, of 255, that is not cut: 1/2.
 const LEAST: u8 = 128;
@@ -41,13 +48,36 @@ pub(crate) struct Map {
     pub(crate) placed: Placed,
 }
 
-/// How a texture is laid: a coordinate is multiplied by `scale`, and then `offset` is added.
+/// How a texture is laid: a coordinate is multiplied by `scale`, then `offset` is added, and then it is wrapped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placed {
     pub(crate) scale: DVec2,
     pub(crate) offset: DVec2,
-    /// True if the texture is continued by its border, and false if it is repeated.
-    pub(crate) clamp: bool,
+    /// How u and v are wrapped into [0, 1].
+    pub(crate) wrap: [Wrap; 2],
+}
+
+/// How a texture goes on outside [0, 1]. The numbers are those in the shader.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Wrap {
+    /// It is repeated.
+    #[default]
+    Repeat = 0,
+    /// Its border goes on.
+    Clamp = 1,
+    /// It is repeated, every other time as a mirror image.
+    Mirror = 2,
+}
+
+impl Wrap {
+    /// Returns the place in [0, 1] that is seen at `x`.
+    fn within(self, x: f64) -> f64 {
+        match self {
+            Wrap::Repeat => x - x.floor(),
+            Wrap::Clamp => x.clamp(0.0, 1.0),
+            Wrap::Mirror => 1.0 - (x - 2.0 * (0.5 * x).floor() - 1.0).abs(),
+        }
+    }
 }
 
 /// The textures of a group of triangles.
@@ -70,7 +100,7 @@ impl Skin {
 impl Map {
     /// Adds all that the map holds to a hash.
     pub(super) fn hash(&self, hash: &mut Sha256) {
-        let Map { texture, placed: Placed { scale, offset, clamp } } = self;
+        let Map { texture, placed: Placed { scale, offset, wrap } } = self;
         // The name is only for messages.
         let Texture { width, height, channels, texels, name: _ } = &**texture;
         hash.update(width.to_le_bytes());
@@ -78,16 +108,15 @@ impl Map {
         hash.update(channels.to_le_bytes());
         hash.update(texels);
         [scale, offset].into_iter().flat_map(DVec2::to_array).for_each(|x| hash.update(x.to_le_bytes()));
-        hash.update([u8::from(*clamp)]);
+        hash.update(wrap.map(|wrap| wrap as u8));
     }
 
     /// Returns the bytes of the texel at a texture coordinate.
     fn texel(&self, at: DVec2) -> &[u8] {
-        let Placed { scale, offset, clamp } = self.placed;
+        let Placed { scale, offset, wrap: [in_u, in_v] } = self.placed;
         let at = at * scale + offset;
-        let within = if clamp { at.clamp(DVec2::ZERO, DVec2::ONE) } else { at - at.floor() };
         // The conversion makes 0 of NaN.
-        let [x, y] = [(within.x, self.texture.width), (within.y, self.texture.height)]
+        let [x, y] = [(in_u.within(at.x), self.texture.width), (in_v.within(at.y), self.texture.height)]
             .map(|(x, count)| ((x * f64::from(count)) as usize).min(count as usize - 1));
         let start = (y * self.texture.width as usize + x) * self.texture.channels;
         &self.texture.texels[start..start + self.texture.channels]
@@ -121,10 +150,18 @@ pub(super) struct Reading {
 /// Why it cannot be read, in words that follow its name.
 pub(super) fn decode(path: &Path) -> Result<DynamicImage, String> {
     let file = File::open(path).map_err(|e| format!("cannot be read ({e})"))?;
-    let mut reader =
-        ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(|e| format!("cannot be read ({e})"))?;
-    if reader.format().is_none() && path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tga")) {
-        reader.set_format(ImageFormat::Tga); // TGA has no mark of its own
+    let is_tga = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tga"));
+    decode_from(BufReader::new(file), is_tga)
+}
+
+/// Reads a PNG, JPEG or BMP picture, or if it `is_tga` a TGA picture, which has no mark of its own.
+///
+/// # Errors
+/// The same as for [`decode`].
+pub(super) fn decode_from(bytes: impl BufRead + Seek, is_tga: bool) -> Result<DynamicImage, String> {
+    let mut reader = ImageReader::new(bytes).with_guessed_format().map_err(|e| format!("cannot be read ({e})"))?;
+    if reader.format().is_none() && is_tga {
+        reader.set_format(ImageFormat::Tga);
     }
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tga | ImageFormat::Bmp)) {
         return Err("is no PNG, JPEG, TGA or BMP picture".into());
@@ -169,10 +206,72 @@ pub(super) fn cut(image: &DynamicImage, reading: Reading, from_alpha: bool, name
     alpha.texels.iter().any(|&alpha| alpha < LEAST).then_some(alpha)
 }
 
+/// Makes a texture that cuts where `is_cut` says so of a picture's alpha, from 0 to 255. Returns `None` if nothing is
+/// cut by it.
+pub(super) fn cut_where(image: &DynamicImage, is_cut: impl Fn(u8) -> bool, name: String) -> Option<Texture> {
+    let alpha = texture(image, name, |[.., alpha]| [if is_cut(alpha) { 0 } else { u8::MAX }]);
+    alpha.texels.contains(&0).then_some(alpha)
+}
+
 impl Reading {
+    /// A picture as it is.
+    pub(super) const PLAIN: Reading = Reading { base_gain: [0.0, 1.0], channel: None };
+
     fn changed(self, value: u8) -> u8 {
         let [base, gain] = self.base_gain;
         (255.0 * base + gain * f64::from(value)).round().clamp(0.0, 255.0) as u8
+    }
+}
+
+/// The textures of a model that have been made from pictures. Each is made once.
+#[derive(Default)]
+pub(super) struct Pictures {
+    /// What each picture became, by its name and what was made of it. `None` if it cuts nothing.
+    made: HashMap<(String, String), Result<Option<Arc<Texture>>, String>>,
+    texels: usize,
+    /// The picture that was decoded last, since the alpha of a texture of colours is read after its colours.
+    last: Option<(String, DynamicImage)>,
+}
+
+impl Pictures {
+    /// Returns the texture that `make` makes of a picture, which `decode` decodes. `name` stands for the picture, and
+    /// `how` for what is made of it.
+    ///
+    /// # Errors
+    /// Why there is no texture, in words that follow the picture's name.
+    pub(super) fn texture(
+        &mut self,
+        name: &str,
+        how: String,
+        decode: impl FnOnce() -> Result<DynamicImage, String>,
+        make: impl FnOnce(&DynamicImage) -> Option<Texture>,
+    ) -> Result<Option<Arc<Texture>>, String> {
+        let key = (name.to_string(), how);
+        if let Some(made) = self.made.get(&key) {
+            return made.clone();
+        }
+        let made = self.image(name, decode).map(|image| {
+            let texture = make(&image);
+            self.last = Some((name.to_string(), image));
+            self.texels += texture.as_ref().map_or(0, |texture| texture.texels.len() / texture.channels);
+            texture.map(Arc::new)
+        });
+        self.made.insert(key, made.clone());
+        made
+    }
+
+    fn image(
+        &mut self,
+        name: &str,
+        decode: impl FnOnce() -> Result<DynamicImage, String>,
+    ) -> Result<DynamicImage, String> {
+        if self.texels > MOST_TEXELS {
+            return Err(format!("comes after {MOST_TEXELS} texels of other textures, and no more are read"));
+        }
+        match self.last.take() {
+            Some((last, image)) if last == name => Ok(image),
+            _ => decode(),
+        }
     }
 }
 

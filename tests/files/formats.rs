@@ -1,6 +1,7 @@
 //! Tests of PLY, STL and glTF files: what is read of them, and that every bad file is refused in one line.
 
 mod gltf;
+mod gltf_textures;
 mod ply;
 mod stl;
 

@@ -159,7 +159,7 @@ fn bad_texture_coordinates_are_told_only_if_a_texture_is_used() {
         "m.obj: line 10: index 9 is out of range; 4 vt lines stand before it, counted from 1 (the first of 3 such corners); \
          no texture is laid on its face",
         "m.obj: line 10: a triangle lacks texture coordinates, and its material has a texture (the first of 2 such \
-         triangles); no texture is laid on it, and nothing is cut out of it",
+         surfaces); no texture is laid on it, and nothing is cut out of it",
     ];
     assert_eq!(notices.len(), 3, "{notices:?}");
     assert!(notices.iter().zip(expected).all(|(notice, end)| notice.ends_with(end)), "{notices:#?}");

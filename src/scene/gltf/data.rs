@@ -1,15 +1,16 @@
 //! The numbers of a glTF file: accessors, and the buffers in which they stand. Every offset and length is checked
 //! before it is used.
 
-use super::json::{Accessor, BufferView, Components, Root};
+use super::json::{Accessor, BufferView, Components, Image, Root};
 use crate::Error;
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::Read as _;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -19,6 +20,16 @@ const SHORT: u32 = 5122;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
+
+/// The most elements of an accessor without a bufferView, which are zeros that stand in no file.
+const MOST_ZEROS: usize = 1 << 18;
+
+/// A picture of a file.
+pub(super) enum Picture {
+    File(PathBuf),
+    /// The bytes of a picture, and where they stand among others.
+    Bytes(Rc<Vec<u8>>, Range<usize>),
+}
 
 /// The buffers of a file. Each is read when it is first needed.
 pub(super) struct Data<'a> {
@@ -62,29 +73,50 @@ impl<'a> Data<'a> {
         if self.accessor(number)?.shape != Components::Vec3 {
             return Err(format!("accessor {number} is not of the type VEC3"));
         }
-        self.triples(number, count, 3)
+        self.tuples(number, count, 3, DVec3::from_array)
+    }
+
+    /// Reads an accessor of texture coordinates. It must have `count` of them.
+    pub(super) fn coordinates(&mut self, number: u32, count: usize) -> Result<Vec<DVec2>, String> {
+        if self.accessor(number)?.shape != Components::Vec2 {
+            return Err(format!("accessor {number} is not of the type VEC2"));
+        }
+        self.tuples(number, count, 2, DVec2::from_array)
     }
 
     /// Reads an accessor of colours, whose alpha is left out.
     pub(super) fn colours(&mut self, number: u32, count: usize) -> Result<Vec<DVec3>, String> {
         match self.accessor(number)?.shape {
-            Components::Vec3 => self.triples(number, count, 3),
-            Components::Vec4 => self.triples(number, count, 4),
+            Components::Vec3 => self.tuples(number, count, 3, DVec3::from_array),
+            Components::Vec4 => self.tuples(number, count, 4, DVec3::from_array),
             _ => Err(format!("accessor {number} is not of the type VEC3 or VEC4")),
         }
     }
 
-    /// Reads the first three of the `components` of each element.
-    fn triples(&mut self, number: u32, count: usize, components: usize) -> Result<Vec<DVec3>, String> {
+    /// Returns the lowest alpha of an accessor of colours, or 1 if it has none.
+    pub(super) fn lowest_alpha(&mut self, number: u32, count: usize) -> Result<f64, String> {
+        let alphas = match self.accessor(number)?.shape {
+            Components::Vec4 => self.tuples(number, count, 4, |[.., alpha]: [f64; 4]| alpha)?,
+            _ => Vec::new(),
+        };
+        Ok(alphas.into_iter().fold(1.0, f64::min))
+    }
+
+    /// Makes something of the first N of the `components` of each element.
+    fn tuples<const N: usize, T: Clone>(
+        &mut self,
+        number: u32,
+        count: usize,
+        components: usize,
+        make: impl Fn([f64; N]) -> T,
+    ) -> Result<Vec<T>, String> {
         let accessor = self.accessor(number)?;
         let Accessor { component_type, normalized, .. } = *accessor;
         let size = size(number, component_type)?;
         let read = |elements: &Elements, i: usize| {
-            DVec3::from_array(
-                [0, 1, 2].map(|axis| component(elements.bytes(i, axis * size), component_type, normalized)),
-            )
+            make(std::array::from_fn(|axis| component(elements.bytes(i, axis * size), component_type, normalized)))
         };
-        self.read(number, count, components * size, DVec3::ZERO, read)
+        self.read(number, count, components * size, make([0.0; N]), read)
     }
 
     /// Reads an accessor of indices.
@@ -113,6 +145,9 @@ impl<'a> Data<'a> {
         }
         let in_accessor = |what: String| format!("accessor {number}: {what}");
         let mut all = match accessor.buffer_view {
+            None if count > MOST_ZEROS => {
+                return Err(in_accessor(format!("without a bufferView it may have up to {MOST_ZEROS} elements")));
+            }
             None => vec![zero; count],
             Some(view) => {
                 let elements = self.elements(view, accessor.byte_offset, count, size).map_err(in_accessor)?;
@@ -162,6 +197,25 @@ impl<'a> Data<'a> {
         Ok(Elements { buffer: bytes, start: (byte_offset + offset.min(byte_length)) as usize, stride: stride as usize })
     }
 
+    /// Returns the picture of an image.
+    pub(super) fn picture(&mut self, image: &Image) -> Result<Picture, String> {
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) if uri.starts_with("data:") => {
+                let bytes = Rc::new(embedded(uri)?);
+                let all = 0..bytes.len();
+                Ok(Picture::Bytes(bytes, all))
+            }
+            (Some(uri), _) => self.file(uri).map(Picture::File),
+            (None, Some(view)) => {
+                let length = self.root.buffer_views.get(view as usize).map_or(0, |view| view.byte_length);
+                // The bytes stand one after the other, whatever the stride of the view is.
+                let Elements { buffer, start, .. } = self.elements(view, 0, 1, length as usize)?;
+                Ok(Picture::Bytes(buffer, start..start + length as usize))
+            }
+            (None, None) => Err("has neither a uri nor a bufferView".into()),
+        }
+    }
+
     /// Returns a buffer.
     fn buffer(&mut self, number: u32) -> Result<Rc<Vec<u8>>, String> {
         if let Some(bytes) = self.buffers.get(&number) {
@@ -182,20 +236,19 @@ impl<'a> Data<'a> {
         Ok(bytes)
     }
 
+    /// Finds the file beside the model that a URI names.
+    fn file(&self, uri: &str) -> Result<PathBuf, String> {
+        let name = Error::shown(uri);
+        beside(self.path, uri)
+            .ok_or_else(|| format!("its file \"{name}\" is not beside the model; files elsewhere are not opened"))
+    }
+
     /// Reads what a URI stands for: the data in it, or a file beside the model.
     fn fetch(&mut self, uri: &str) -> Result<Rc<Vec<u8>>, String> {
-        if let Some(data) = uri.strip_prefix("data:") {
-            let (kind, data) = data.split_once(',').ok_or("its data: URI has no comma")?;
-            if !kind.ends_with(";base64") {
-                return Err("its data: URI is not in base64".into());
-            }
-            let config = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
-            let bytes = GeneralPurpose::new(&STANDARD, config).decode(data);
-            return Ok(Rc::new(bytes.map_err(|e| format!("its data: URI is not in base64: {e}"))?));
+        if uri.starts_with("data:") {
+            return embedded(uri).map(Rc::new);
         }
-        let name = Error::shown(uri);
-        let file = beside(self.path, uri)
-            .ok_or_else(|| format!("its file \"{name}\" is not beside the model; files elsewhere are not opened"))?;
+        let (name, file) = (Error::shown(uri), self.file(uri)?);
         if let Some(bytes) = self.files.get(&file) {
             return Ok(Rc::clone(bytes));
         }
@@ -209,6 +262,17 @@ impl<'a> Data<'a> {
         self.files.insert(file, Rc::clone(&bytes));
         Ok(bytes)
     }
+}
+
+/// Returns the data in a `data:` URI.
+fn embedded(uri: &str) -> Result<Vec<u8>, String> {
+    let (kind, data) = uri.split_once(',').ok_or("its data: URI has no comma")?;
+    if !kind.ends_with(";base64") {
+        return Err("its data: URI is not in base64".into());
+    }
+    let config = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    let bytes = GeneralPurpose::new(&STANDARD, config).decode(data);
+    bytes.map_err(|e| format!("its data: URI is not in base64: {e}"))
 }
 
 /// Finds the regular file that a relative URI names, in the folder of the model or below it. The folder is the one in

@@ -71,6 +71,12 @@ pub(super) struct Root {
     #[serde(default)]
     pub(super) cameras: List<Camera>,
     #[serde(default)]
+    pub(super) textures: List<Texture>,
+    #[serde(default)]
+    pub(super) images: List<Image>,
+    #[serde(default)]
+    pub(super) samplers: List<Sampler>,
+    #[serde(default)]
     pub(super) accessors: List<Accessor>,
     #[serde(default)]
     pub(super) buffer_views: List<BufferView>,
@@ -104,6 +110,14 @@ pub(super) struct Node {
     pub(super) mesh: Option<u32>,
     pub(super) camera: Option<u32>,
     pub(super) skin: Option<IgnoredAny>,
+    #[serde(default)]
+    pub(super) extensions: NodeExtensions,
+}
+
+#[derive(Default, Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<IgnoredAny>,
 }
 
 /// A mesh.
@@ -134,6 +148,22 @@ pub(super) struct Attributes {
     pub(super) normal: Option<u32>,
     #[serde(rename = "COLOR_0")]
     pub(super) colour: Option<u32>,
+    #[serde(rename = "TEXCOORD_0")]
+    texcoord_0: Option<u32>,
+    #[serde(rename = "TEXCOORD_1")]
+    texcoord_1: Option<u32>,
+    #[serde(rename = "TEXCOORD_2")]
+    texcoord_2: Option<u32>,
+    #[serde(rename = "TEXCOORD_3")]
+    texcoord_3: Option<u32>,
+}
+
+impl Attributes {
+    /// Returns the accessor of a set of texture coordinates. Of more than four sets only the first four are read.
+    pub(super) fn coordinates(&self, set: u32) -> Option<u32> {
+        let sets = [self.texcoord_0, self.texcoord_1, self.texcoord_2, self.texcoord_3];
+        sets.get(set as usize).copied().flatten()
+    }
 }
 
 #[derive(Deserialize)]
@@ -141,13 +171,83 @@ pub(super) struct Attributes {
 pub(super) struct Material {
     #[serde(default)]
     pub(super) pbr_metallic_roughness: Surface,
+    #[serde(default)]
+    pub(super) alpha_mode: AlphaMode,
+    pub(super) alpha_cutoff: Option<f64>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq, Eq)]
+pub(super) enum AlphaMode {
+    #[default]
+    #[serde(rename = "OPAQUE")]
+    Opaque,
+    #[serde(rename = "MASK")]
+    Mask,
+    #[serde(rename = "BLEND")]
+    Blend,
+    #[serde(other)]
+    Other,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Surface {
     pub(super) base_color_factor: Option<Box<[f64; 4]>>,
-    pub(super) base_color_texture: Option<IgnoredAny>,
+    pub(super) base_color_texture: Option<TextureInfo>,
+}
+
+/// Which texture is laid on a surface, and how.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub(super) index: u32,
+    #[serde(default)]
+    pub(super) tex_coord: u32,
+    #[serde(default)]
+    pub(super) extensions: TextureExtensions,
+}
+
+#[derive(Default, Deserialize)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<Box<TextureTransform>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    #[serde(default)]
+    pub(super) offset: [f64; 2],
+    #[serde(default)]
+    pub(super) rotation: f64,
+    #[serde(default = "ones")]
+    pub(super) scale: [f64; 2],
+    pub(super) tex_coord: Option<u32>,
+}
+
+fn ones() -> [f64; 2] {
+    [1.0; 2]
+}
+
+#[derive(Deserialize)]
+pub(super) struct Texture {
+    pub(super) sampler: Option<u32>,
+    /// Missing if an extension has another image, in a format that is not read.
+    pub(super) source: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image {
+    pub(super) uri: Option<Box<str>>,
+    pub(super) buffer_view: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Sampler {
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
 }
 
 #[derive(Deserialize)]
@@ -190,6 +290,8 @@ pub(super) struct Accessor {
 pub(super) enum Components {
     #[serde(rename = "SCALAR")]
     Scalar,
+    #[serde(rename = "VEC2")]
+    Vec2,
     #[serde(rename = "VEC3")]
     Vec3,
     #[serde(rename = "VEC4")]

@@ -67,9 +67,9 @@ fn every_kind_of_gltf_file_has_its_verdict() {
         ),
         ("an extension of materials", required("KHR_materials_unlit"), Triangles(5)),
         (
-            "texture",
+            "a texture that is not there",
             replaced(r#""pbrMetallicRoughness":{"#, r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0},"#),
-            Noticed(5, &["textures of glTF"]),
+            Noticed(5, &["material 0: its texture 0 does not exist; its material has the colour of baseColorFactor"]),
         ),
         ("vertex colours", replaced(r#""POSITION":0"#, r#""POSITION":0,"COLOR_0":0"#), Triangles(5)),
         (
@@ -189,6 +189,16 @@ fn every_kind_of_gltf_file_has_its_verdict() {
         ),
         ("four thousand million positions of zero", zeros, Refused(&["more than 33554432 triangles"])),
         (
+            "300000 positions of zero",
+            replaced(r#"{"bufferView":0,"componentType":5126,"count":5"#, r#"{"componentType":5126,"count":300000"#),
+            Refused(&["accessor 0: without a bufferView it may have up to 262144 elements"]),
+        ),
+        (
+            "instances by an extension",
+            sample_with(r#"{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{}}}}"#, ""),
+            Noticed(5, &["node 0: EXT_mesh_gpu_instancing is not read; its mesh is drawn once"]),
+        ),
+        (
             "an offset near 2^64",
             replaced(r#""bufferView":1,"byteOffset":0"#, r#""bufferView":1,"byteOffset":18446744073709551615"#),
             Refused(&["reach beyond bufferView 1"]),
@@ -293,16 +303,16 @@ fn every_kind_of_gltf_file_has_its_verdict() {
 
 #[test]
 fn instances_do_not_multiply_beyond_measure() {
-    // 2^20 triangles without a buffer, and 100 nodes that show them.
-    let nodes = vec![NODE; 100].join(",");
+    // 65,536 triangles without a buffer, and 200 nodes that show them.
+    let nodes = vec![NODE; 200].join(",");
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-        "accessors":[{{"componentType":5126,"count":3145728,"type":"VEC3"}}]}}"#
+        "accessors":[{{"componentType":5126,"count":196608,"type":"VEC3"}}]}}"#
     );
     hold(
-        "a hundred million triangles",
+        "thirteen million triangles, and three positions for each",
         json.as_bytes(),
-        &Refused(&["node 10: more than 33554432 triangles or positions"]),
+        &Refused(&["node 170: more than 33554432 triangles or positions"]),
     );
 }
 
