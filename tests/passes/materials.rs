@@ -1,12 +1,13 @@
 //! Surfaces that textures cut away are cut alike in the G-buffer, in its twin and in the truth.
 
-use crate::rig::{self, Shot, cuts, twin};
+use crate::rig::{self, Shot, cuts, formats, twin};
 use glam::dvec3;
 use hbao::Settings;
 use hbao::context::{Backend, Context};
 use hbao::reference::truth::Truth;
-use hbao::scene::{Lens, Mesh, View};
+use hbao::scene::{Lens, Mesh, Scene, View};
 use hbao::settings::{Normals, Radius};
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -74,6 +75,64 @@ fn cut_outs_textures_and_vertex_colours_are_what_rays_see() {
             twin::hold_gbuffer(&frame, &shot, size, &settings, &text);
         }
     }
+}
+
+/// A model as a GLB file, with the holes of a picture that is mirrored along u, and whose border goes on along v. The
+/// texture coordinates are x and y of the positions, transformed and then moved by `offset`.
+fn masked_glb(mesh: &Mesh, png: &[u8], offset: [f64; 2]) -> Vec<u8> {
+    let (json, mut binary) = formats::gltf(mesh, r#"{"mesh":0}"#, "", None);
+    let mut root: Value = serde_json::from_str(&json).unwrap();
+    let count = mesh.positions.len();
+    let accessors = root["accessors"].as_array_mut().unwrap();
+    let coordinates = accessors.len();
+    accessors.push(json!({"bufferView": 2, "componentType": 5126, "count": count, "type": "VEC2"}));
+    let views = root["bufferViews"].as_array_mut().unwrap();
+    views.push(json!({"buffer": 0, "byteLength": 12 * count, "byteStride": 12}));
+    views.push(json!({"buffer": 0, "byteOffset": binary.len(), "byteLength": png.len()}));
+    binary.extend(png);
+    root["buffers"][0]["byteLength"] = json!(binary.len());
+    root["images"] = json!([{"bufferView": 3}]);
+    root["samplers"] = json!([{"wrapS": 33648, "wrapT": 33071}]);
+    root["textures"] = json!([{"source": 0, "sampler": 0}]);
+    let [u, v] = offset;
+    let transform = json!({"offset": [u, 0.9 + v], "rotation": 0.3, "scale": [1.5, -0.7]});
+    for material in root["materials"].as_array_mut().unwrap() {
+        material["alphaMode"] = json!("MASK");
+        material["alphaCutoff"] = json!(0.6);
+        material["pbrMetallicRoughness"]["baseColorTexture"] =
+            json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+    }
+    for primitive in root["meshes"][0]["primitives"].as_array_mut().unwrap() {
+        primitive["attributes"]["TEXCOORD_0"] = json!(coordinates);
+    }
+    formats::glb(&root.to_string(), &binary)
+}
+
+#[test]
+fn a_masked_glb_whose_texture_is_mirrored_is_what_rays_see() {
+    let folder = TempDir::new().unwrap();
+    let texel =
+        |x: u32, y: u32| image::Rgba([20 * x as u8, 30 * y as u8, 90, if (x + 2 * y) % 5 < 2 { 150 } else { 160 }]);
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_fn(11, 7, texel).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let ball = rig::scenes::ball();
+    let near = cuts::NEAR;
+    let meshes = [[0.0, 0.0], [near, near], [-near, near], [near, -near], [-near, -near]].map(|offset| {
+        let path = folder.path().join("ball.glb");
+        fs::write(&path, masked_glb(&ball.mesh, png.get_ref(), offset)).unwrap();
+        let scene = Scene::open(&path).unwrap();
+        assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+        scene.mesh
+    });
+    let shot = Shot { mesh: meshes[0].clone(), ..ball.clone() };
+    let (size, settings) = ((240, 180), Settings { msaa: 1, ..rig::float_settings(shot.radius) });
+    let context = Context::open(Backend::Egl).unwrap();
+    let [frame, whole] = [&shot, &ball].map(|shot| rig::render(context.gl(), shot, size, &settings));
+    let (compared, different) = cuts::differences(&frame, &meshes, &shot, &settings);
+    assert!(different.is_empty(), "{} of {compared} differ: {}", different.len(), different[0]);
+    twin::hold_gbuffer(&frame, &shot, size, &settings, "a masked GLB");
+    let through = frame.depth.texels.iter().zip(&whole.depth.texels).filter(|(a, b)| *a > *b).count();
+    assert!(through > 1000 && compared > 240 * 180 * 8 / 10, "{through} seen through, {compared} compared");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Texture coordinates this near to the border of a texel are ambiguous.
-const NEAR: f64 = 1e-5;
+pub const NEAR: f64 = 1e-5;
 
 /// Opens the model `scene.obj` of a folder, whose material file is written from `mtl`. In it `PLACED` stands for the
 /// options of each texture. The meshes after the first one have their textures moved by [`NEAR`] in each direction.
