@@ -44,7 +44,8 @@ pub(super) struct Poster<'a> {
 /// Makes the flag `--tile-size`.
 pub(super) fn argument() -> Arg {
     let help = "Render the image in tiles of at most N by N pixels, and write it to a PNG row by row, so that it needs little \
-                memory [64 to 65536; default: in one piece, or in tiles above the driver's limit]";
+                memory; a PNG to standard output is kept in memory until it is complete [64 to 65536; default: in one piece, or \
+                in tiles above the driver's limit]";
     valued("tile-size", "N", help).conflicts_with("tile")
 }
 
@@ -60,13 +61,13 @@ impl Poster<'_> {
     /// Renders the picture, and writes it to a PNG with this text.
     pub(super) fn write(&mut self, output: &Path, text: &[(&str, &str)]) -> Result<(), Error> {
         let (width, height) = self.flags.size;
-        let tile = self.tile()?;
+        let (tile, bands) = self.plan()?;
         let rows = height.div_ceil(tile.1);
         let progress = bar(u64::from(rows) * u64::from(width.div_ceil(tile.0)), "tiles");
         let mut dark = false;
         let mut outputs = Outputs::new();
         outputs.stage_by(output, |to| {
-            let mut strip = |row: u32| self.strip(row, tile, &mut dark, &progress);
+            let mut strip = |row: u32| self.strip(row, tile, &bands, &mut dark, &progress);
             let first = strip(0)?;
             let size = if first.half { (width.div_ceil(2), height.div_ceil(2)) } else { (width, height) };
             png::encode_rows(output, to, size, first.components, text, |to| {
@@ -82,20 +83,57 @@ impl Poster<'_> {
         outputs.commit()
     }
 
+    /// Chooses the size of the tiles, and finds what the ambient occlusion of each depends on around it, before the
+    /// first is rendered: row by row from the top, from left to right. The first choice follows from a small picture,
+    /// in which a surface may be missed that is the nearest one of a tile.
+    fn plan(&mut self) -> Result<((u32, u32), Vec<[u32; 2]>), Error> {
+        let width = u64::from(self.flags.size.0);
+        let shape = |side: u32| {
+            let high = (MOST_BYTES / (3 * width)).clamp(u64::from(LEAST), u64::from(side)) as u32;
+            (side / 8 * 8, high / 8 * 8)
+        };
+        let side = self.side()?;
+        divided(side, |side| Ok((shape(side), self.bands(shape(side))?)))
+    }
+
+    /// Returns the bands around tiles of this size. The error is that of a tile that is too large with its band.
+    fn bands(&self, tile: (u32, u32)) -> Result<Vec<[u32; 2]>, Error> {
+        let (gl, camera) = (self.context.gl(), &self.opened.camera);
+        let (width, height) = self.flags.size;
+        let windows = (0..height.div_ceil(tile.1))
+            .flat_map(|row| (0..width).step_by(tile.0 as usize).map(move |left| (row, left)));
+        let bands = windows.map(|(row, left)| {
+            let (corner, size) = self.window(row, left, tile);
+            let tile = Tile::at(self.flags.size, corner, size, &self.given());
+            let band = tile.band(gl, &self.opened.scene.mesh, camera, self.settings, self.request)?;
+            tile.with_band(gl, camera, band).map(|_| band)
+        });
+        bands.collect()
+    }
+
+    /// Returns the lower left pixel and the size of the tile of a row, counted from the top, that begins at a column.
+    fn window(&self, row: u32, left: u32, tile: (u32, u32)) -> ((u32, u32), (u32, u32)) {
+        let (width, height) = self.flags.size;
+        let top = height - row * tile.1;
+        let bottom = top.saturating_sub(tile.1);
+        ((left, bottom), (tile.0.min(width - left), top - bottom))
+    }
+
     /// Renders a row of tiles, counted from the top. `dark` becomes true if anything occludes.
     fn strip(
         &mut self,
         row: u32,
-        (tile_width, tile_height): (u32, u32),
+        tile: (u32, u32),
+        bands: &[[u32; 2]],
         dark: &mut bool,
         progress: &ProgressBar,
     ) -> Result<Strip, Error> {
-        let (width, height) = self.flags.size;
-        let top = height - row * tile_height;
-        let bottom = top.saturating_sub(tile_height);
+        let width = self.flags.size.0;
+        let bands = bands.iter().skip((row * width.div_ceil(tile.0)) as usize);
         let mut strip = Strip::default();
-        for left in (0..width).step_by(tile_width as usize) {
-            let (part, half) = self.render((left, bottom), (tile_width.min(width - left), top - bottom), dark)?;
+        for (left, &band) in (0..width).step_by(tile.0 as usize).zip(bands) {
+            let (corner, size) = self.window(row, left, tile);
+            let (part, half) = self.render(corner, size, band, dark)?;
             strip.add(part, half);
             progress.inc(1);
         }
@@ -107,11 +145,16 @@ impl Poster<'_> {
     }
 
     /// Renders a tile, and returns it and whether it has half resolution. `dark` becomes true if anything occludes.
-    fn render(&mut self, corner: (u32, u32), size: (u32, u32), dark: &mut bool) -> Result<(EightBit, bool), Error> {
+    fn render(
+        &mut self,
+        corner: (u32, u32),
+        size: (u32, u32),
+        band: [u32; 2],
+        dark: &mut bool,
+    ) -> Result<(EightBit, bool), Error> {
         let (mesh, camera) = (&self.opened.scene.mesh, &self.opened.camera);
         let tile = Tile::at(self.flags.size, corner, size, &self.given());
-        let region = tile.region(self.context.gl(), mesh, camera, self.settings, self.request)?;
-        let Region { size, camera, kept } = region;
+        let Region { size, camera, kept } = tile.with_band(self.context.gl(), camera, band)?;
         self.pipeline.resize(size)?;
         self.pipeline.restrict(kept.as_ref().map(Kept::part));
         self.pipeline.render(mesh, &camera)?;
@@ -129,8 +172,8 @@ impl Poster<'_> {
         self.side.map_or_else(|| format!("--size {width}x{height}"), |side| format!("--tile-size {side}"))
     }
 
-    /// Chooses the size of the tiles, after a look at the whole view in a small picture.
-    fn tile(&mut self) -> Result<(u32, u32), Error> {
+    /// Returns the longest side of a tile, after a look at the whole view in a small picture.
+    fn side(&mut self) -> Result<u32, Error> {
         let (width, height) = self.flags.size;
         tile::check_size((width, height))?;
         let Opened { scene, camera, empty, .. } = self.opened;
@@ -162,8 +205,18 @@ impl Poster<'_> {
                 self.given()
             )));
         }
-        let high = (MOST_BYTES / (3 * u64::from(width))).clamp(u64::from(LEAST), u64::from(side)) as u32;
-        Ok((side / 8 * 8, high / 8 * 8))
+        Ok(side)
+    }
+}
+
+/// Returns what `plan` makes of tiles with this side, or of half as long ones as long as it refuses them, down to the
+/// least.
+fn divided<T>(mut side: u32, mut plan: impl FnMut(u32) -> Result<T, Error>) -> Result<T, Error> {
+    loop {
+        match plan(side) {
+            Err(Error::Usage(_)) if side / 2 >= LEAST => side /= 2,
+            planned => return planned,
+        }
     }
 }
 
@@ -196,5 +249,23 @@ impl Strip {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_that_are_too_large_are_divided_and_refused_only_when_the_least_are_too_large() {
+        let fits = |most: u32| {
+            move |side: u32| if side <= most { Ok(side) } else { Err(Error::Usage(format!("{side} is too large"))) }
+        };
+        assert_eq!(divided(1024, fits(2000)).unwrap(), 1024);
+        assert_eq!(divided(1024, fits(300)).unwrap(), 256);
+        assert_eq!(divided(1024, fits(LEAST)).unwrap(), LEAST);
+        assert!(divided(1024, fits(LEAST - 1)).unwrap_err().to_string().contains("64 is too large"));
+        let other = divided(1024, |_| Err::<(), _>(Error::Input { path: "a".into(), what: "b".into() }));
+        assert!(matches!(other, Err(Error::Input { .. })), "another error is none of size");
     }
 }

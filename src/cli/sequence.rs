@@ -116,13 +116,15 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     Outputs::check([names.of(first)])?;
     let mut log = matches.get_one::<PathBuf>("log").map(|path| open_log(path)).transpose()?;
-    let traced = log.as_mut().map(Log::traced).transpose()?;
+    let traced = log.as_mut().map(Log::traced).transpose()?.unwrap_or_default();
 
     let (scene, settings) = flags.open_scene()?;
     flags.notices.iter().chain(&scene.notices).for_each(|notice| say(notice));
     let request = picture::request([show], apply);
     if rays.is_some() && request.gbuffer_only {
         say("--truth-rays has no effect: this image holds no ambient occlusion");
+    } else if rays.is_some() && log.is_none() {
+        say("--truth-rays has no effect without --log, the file that gets the errors");
     }
     for flag in flags.knobs_given().filter(|flag| !show.is_decided_by(flag, &settings)) {
         let why = settings.idle(flag).map_or_else(|| "on this image".into(), |idle| idle.to_string());
@@ -141,7 +143,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         request,
         format,
         names: &names,
-        rays: rays.filter(|_| !request.gbuffer_only),
+        rays: rays.filter(|_| !request.gbuffer_only && log.is_some()),
         tracer: OnceLock::new(),
         traced,
         contents: (!matches.get_flag("no-metadata")).then(|| scene.mesh.sha256()),
@@ -195,9 +197,6 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         return Err(error);
     }
     told.say(chosen.len());
-    if work.rays.is_some() && work.traced.is_none() {
-        say("--truth-rays has no effect without --log, the file that gets the errors");
-    }
     let seconds = start.elapsed().as_secs_f64();
     say(&format!(
         "frames {first} to {last}: {rendered} rendered, {:.2} per second; {} were there already",

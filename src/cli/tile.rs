@@ -101,8 +101,7 @@ impl Tile {
     }
 
     /// Returns what must be rendered so that the tile is that of the whole picture, seen by `camera`. Its depth is
-    /// rendered first, because the guard band depends on the nearest surface. Without ambient occlusion there is no
-    /// band.
+    /// rendered first, because the guard band depends on the nearest surface.
     pub(crate) fn region(
         &self,
         gl: &Arc<glow::Context>,
@@ -111,8 +110,21 @@ impl Tile {
         settings: &Settings,
         request: Request,
     ) -> Result<Region, Error> {
+        self.with_band(gl, camera, self.band(gl, mesh, camera, settings, request)?)
+    }
+
+    /// Renders the tile's depth, and returns how many pixels around the tile, across and upright, its ambient occlusion
+    /// depends on. Without ambient occlusion there are none.
+    pub(crate) fn band(
+        &self,
+        gl: &Arc<glow::Context>,
+        mesh: &Mesh,
+        camera: &Camera,
+        settings: &Settings,
+        request: Request,
+    ) -> Result<[u32; 2], Error> {
         if request.gbuffer_only {
-            return self.with_band(gl, camera, [0; 2]);
+            return Ok([0; 2]);
         }
         // The blur also mixes in what lies around the tile.
         let near = self.with_band(gl, camera, [settings.blur_reach(); 2])?;
@@ -120,12 +132,14 @@ impl Tile {
         let mut pipeline = Pipeline::new(gl, near.size, settings, gbuffer)?;
         pipeline.render(mesh, &near.camera)?;
         let nearest = pipeline.depth()?.texels.into_iter().fold(f32::INFINITY, f32::min);
-        let band = settings.guard_band(camera.projection, self.picture, nearest.into()).map_err(prefixed)?;
-        self.with_band(gl, camera, band)
+        settings.guard_band(camera.projection, self.picture, nearest.into()).map_err(prefixed)
     }
 
     /// Returns the tile with this many pixels around it, up to the picture's border.
-    fn with_band(&self, gl: &glow::Context, camera: &Camera, band: [u32; 2]) -> Result<Region, Error> {
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if that is more than the driver takes.
+    pub(crate) fn with_band(&self, gl: &glow::Context, camera: &Camera, band: [u32; 2]) -> Result<Region, Error> {
         let Window { left, bottom, width, height } = self.window;
         let along = |first: u32, count: u32, band: u32, side: u32| {
             let start = first.saturating_sub(band) / ALIGNED * ALIGNED;

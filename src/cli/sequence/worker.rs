@@ -41,8 +41,8 @@ pub(super) struct Work<'a, V> {
     pub(super) rays: Option<u32>,
     /// The scene prepared for tracing, by the first frame that is traced, for all.
     pub(super) tracer: OnceLock<Arc<Tracer<'a>>>,
-    /// What the log has traced already: see [`Done::traced`]. `None` without a log.
-    pub(super) traced: Option<HashSet<String>>,
+    /// What the log has traced already: see [`Done::traced`].
+    pub(super) traced: HashSet<String>,
     /// The hash of what the scene holds, which is stored in files; `None` for files without metadata.
     pub(super) contents: Option<String>,
     /// The view of each frame.
@@ -132,10 +132,7 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
             notices: Vec::new(),
         };
         // A frame whose error the log lacks is rendered again, because the error is that of what is rendered.
-        let logged = match (&self.traced, &done.traced) {
-            (Some(all), Some(traced)) => all.contains(traced),
-            _ => true,
-        };
+        let logged = done.traced.as_ref().is_none_or(|traced| self.traced.contains(traced));
         if logged && self.contents.is_some() && is_there(path, self.format, &origin) {
             done.seconds = start.elapsed().as_secs_f64();
             return Ok(done);
