@@ -41,6 +41,14 @@ pub(super) struct Poster<'a> {
     pub(super) pipeline: &'a mut Pipeline,
 }
 
+/// The tiles of a picture.
+struct Plan {
+    /// The width and height of a tile. Those at the right and at the bottom may be smaller.
+    tile: (u32, u32),
+    /// The pixels around each tile that its ambient occlusion depends on, across and upright.
+    bands: Vec<[u32; 2]>,
+}
+
 /// Makes the flag `--tile-size`.
 pub(super) fn argument() -> Arg {
     let help = "Render the image in tiles of at most N by N pixels, and write it to a PNG row by row, so that it needs little \
@@ -61,7 +69,7 @@ impl Poster<'_> {
     /// Renders the picture, and writes it to a PNG with this text.
     pub(super) fn write(&mut self, output: &Path, text: &[(&str, &str)]) -> Result<(), Error> {
         let (width, height) = self.flags.size;
-        let (tile, bands) = self.plan()?;
+        let Plan { tile, bands } = self.plan()?;
         let rows = height.div_ceil(tile.1);
         let progress = bar(u64::from(rows) * u64::from(width.div_ceil(tile.0)), "tiles");
         let mut dark = false;
@@ -86,14 +94,14 @@ impl Poster<'_> {
     /// Chooses the size of the tiles, and finds what the ambient occlusion of each depends on around it, before the
     /// first is rendered: row by row from the top, from left to right. The first choice follows from a small picture,
     /// in which a surface may be missed that is the nearest one of a tile.
-    fn plan(&mut self) -> Result<((u32, u32), Vec<[u32; 2]>), Error> {
+    fn plan(&mut self) -> Result<Plan, Error> {
         let width = u64::from(self.flags.size.0);
         let shape = |side: u32| {
             let high = (MOST_BYTES / (3 * width)).clamp(u64::from(LEAST), u64::from(side)) as u32;
             (side / 8 * 8, high / 8 * 8)
         };
         let side = self.side()?;
-        divided(side, |side| Ok((shape(side), self.bands(shape(side))?)))
+        divided(side, |side| Ok(Plan { tile: shape(side), bands: self.bands(shape(side))? }))
     }
 
     /// Returns the bands around tiles of this size. The error is that of a tile that is too large with its band.
