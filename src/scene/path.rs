@@ -52,8 +52,9 @@ impl CameraPath {
     ///
     /// # Errors
     /// [`Error::Usage`] without a key, for numbers that are not finite, for times that are below 0 or do not rise, for
-    /// `up` or `fov_y` at some keys only, for a key whose view [`View::check`] refuses, for a number of frames per second that is not above 0, and for a path that
-    /// has no frame or ends after frame 10,000,000. The message counts keys from 0.
+    /// `up` or `fov_y` at some keys only, for a key whose view [`View::check`] refuses, for a number of frames per
+    /// second that is not above 0, and for a path that has no frame or ends after frame 10,000,000. The message counts
+    /// keys from 0.
     pub fn new(keys: Vec<Key>, interpolation: Interpolation, fps: f64) -> Result<CameraPath, Error> {
         let refuse = |what: String| Err(Error::Usage(what));
         if !(fps.is_finite() && fps > 0.0) {
@@ -161,8 +162,8 @@ fn view(eye: DVec3, target: DVec3, up: Option<DVec3>, fov_y: Option<f64>) -> Vie
     View { eye: Some(eye), target: Some(target), up, lens: fov_y.map(Lens::FovY), ..View::default() }
 }
 
-/// Returns the error of a view with its place in the path. A view's errors name the command's flags, and the fields of a
-/// key have the same names.
+/// Returns the error of a view with its place in the path. A view's errors name the command's flags, and a key's
+/// fields have the same names.
 fn of_key(place: &str, error: &Error) -> Error {
     Error::Usage(format!("{place}: {}", error.to_string().replace("--fov-y", "fov_y").replace("--", "")))
 }
@@ -203,7 +204,8 @@ pub struct Turntable {
 }
 
 impl Turntable {
-    /// Returns the view of a frame: the camera has turned by 2 pi `frame` / `frames`, counterclockwise as seen from above.
+    /// Returns the view of a frame: the camera has turned by 2 pi `frame` / `frames`, counterclockwise as seen from
+    /// above.
     #[must_use]
     pub fn view(&self, frame: u32) -> View {
         let Turntable { eye, target, axis, up, frames } = *self;
