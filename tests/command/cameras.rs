@@ -230,19 +230,19 @@ fn matrix_up([_, up, ..]: [[f64; 4]; 4]) -> [f64; 3] {
 fn a_turntable_of_a_gltf_camera_turns_about_the_point_of_its_axis_nearest_to_the_centre() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // One triangle in the bounds -3..3, 0..4, -3..3, and a camera at 1, 2, 10 that looks along -z.
+    // One triangle in the bounds -3..3, 0..4, -1..5, and a camera at 1, 2, 10 that looks along -z.
     let file = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "scene": 0,
         "nodes": [{"mesh": 0}, {"camera": 0, "translation": [1, 2, 10]}],
         "cameras": [{"name": "c", "type": "perspective", "perspective": {"yfov": 1.0471975511965976, "znear": 0.1}}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-            "min": [-3, 0, -3], "max": [3, 4, 3]}],
+            "min": [-3, 0, -1], "max": [3, 4, 5]}],
         "bufferViews": [{"buffer": 0, "byteLength": 36}],
-        "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AABAwAAAAAAAAEDAAABAQAAAgEAAAEDAAABAQAAAAAAAAEBA"}]}"#;
+        "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AABAwAAAAAAAAIC/AABAQAAAgEAAAIC/AABAQAAAAAAAAKBA"}]}"#;
     fs::write(folder.join("a.gltf"), file).unwrap();
     turn(folder, "a.gltf --camera c");
-    for (frame, eye) in [(0, "1,2,10"), (1, "11,2,0"), (2, "1,2,-10"), (3, "-9,2,0")] {
-        render(folder, "looked.exr", &format!("a.gltf --eye {eye} --target 1,2,0 --fov-y 60"));
+    for (frame, eye) in [(0, "1,2,10"), (1, "9,2,2"), (2, "1,2,-6"), (3, "-7,2,2")] {
+        render(folder, "looked.exr", &format!("a.gltf --eye {eye} --target 1,2,2 --fov-y 60"));
         hold_same(folder, "looked.exr", &format!("t{frame}.exr"));
     }
 }
