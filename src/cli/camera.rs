@@ -43,7 +43,7 @@ pub(super) fn arguments() -> impl Iterator<Item = Arg> {
             "In place of --eye, --target and --up: the matrix from world space to right-handed eye space, 16 numbers, \
              row by row, separated by commas, or a file that holds them",
         )
-        .conflicts_with_all(["eye", "target", "up"]),
+        .conflicts_with_all(["eye", "target"]),
         valued(
             "view-axes",
             "AXES",
@@ -126,6 +126,10 @@ pub(super) fn read(matches: &ArgMatches, size: (u32, u32)) -> Result<(View, Vec<
     let (mut view, mut notices) = (View { lens: read_lens(matches)?, ..View::default() }, Vec::new());
     let axes = text(matches, "view-axes").map_or(Ok(Axes::Gl), |text| word("view-axes", text, &AXES))?;
     match read_matrix(matches, "view-matrix")? {
+        // With a turntable, --up is the axis of the turn.
+        Some(_) if text(matches, "up").is_some() && !turns(matches) => {
+            return Err(Error::Usage("--up cannot be used with --view-matrix, which tells it: leave out one".into()));
+        }
         Some(matrix) => view = View { lens: view.lens, ..place(&matrix, axes)? },
         None if text(matches, "view-axes").is_some() => {
             return Err(Error::Usage("--view-axes says which axes --view-matrix leads to: give that too".into()));
@@ -201,7 +205,7 @@ fn place(matrix: &[f64; 16], axes: Axes) -> Result<View, Error> {
     // The target is as far away as the eye is from the origin, so that rounding does not turn the view.
     let eye = -(moved.x * a + moved.y * b + moved.z * c);
     let target = eye + eye.length().max(1.0) * forward;
-    let view = View { eye: Some(eye), target: Some(target), up: Some(up), ..View::default() };
+    let view = View { eye: Some(eye), target: Some(target), up: Some(up), direction_only: true, ..View::default() };
     view.check().map_err(|error| prefixed("view-matrix", error))?;
     Ok(view)
 }
@@ -241,7 +245,12 @@ fn stretched(projection: Projection, (width, height): (u32, u32)) -> Option<Stri
     })
 }
 
-fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
+/// Returns whether the verb turns the camera about the scene.
+fn turns(matches: &ArgMatches) -> bool {
+    matches.try_get_one::<String>("turntable").is_ok_and(|given| given.is_some())
+}
+
+pub(super) fn point(matches: &ArgMatches, name: &str) -> Result<Option<DVec3>, Error> {
     let point = numbers(matches, name, "X,Y,Z, three numbers separated by commas, such as 0,1.5,-3")?;
     Ok(point.map(DVec3::from_array))
 }

@@ -44,7 +44,8 @@ pub(super) struct Poster<'a> {
 /// Makes the flag `--tile-size`.
 pub(super) fn argument() -> Arg {
     let help = "Render the image in tiles of at most N by N pixels, and write it to a PNG row by row, so that it needs little \
-                memory [64 to 65536; default: in one piece, or in tiles above the driver's limit]";
+                memory; a PNG to standard output is kept in memory until it is complete [64 to 65536; default: in one piece, or \
+                in tiles above the driver's limit]";
     valued("tile-size", "N", help).conflicts_with("tile")
 }
 
@@ -121,19 +122,15 @@ impl Poster<'_> {
         self.side.map_or_else(|| format!("--size {width}x{height}"), |side| format!("--tile-size {side}"))
     }
 
-    /// Divides the picture into tiles, and returns what is rendered for each, row by row from the top. Tiles whose size
-    /// was not asked for are made smaller until the driver can render all of them.
+    /// Divides the picture into tiles, and returns what is rendered for each, row by row from the top. The first choice
+    /// of their size follows from a small picture, in which a surface may be missed that is the nearest one of a tile.
     fn rows(&self) -> Result<Vec<Vec<Region>>, Error> {
-        let mut tile = self.tile()?;
         let mut depths = tile::depths(self.context.gl(), self.settings, self.request)?;
-        loop {
-            match self.regions(tile, depths.as_mut()) {
-                Err(Error::Usage(_)) if self.side.is_none() && tile.0.min(tile.1) >= 2 * LEAST => {
-                    tile = (tile.0 / 16 * 8, tile.1 / 16 * 8);
-                }
-                regions => return regions,
-            }
-        }
+        let width = u64::from(self.flags.size.0);
+        divided(self.side()?, |side| {
+            let high = (MOST_BYTES / (3 * width)).clamp(u64::from(LEAST), u64::from(side)) as u32;
+            self.regions((side / 8 * 8, high / 8 * 8), depths.as_mut())
+        })
     }
 
     /// Returns what is rendered for each tile of this size, row by row from the top.
@@ -162,8 +159,8 @@ impl Poster<'_> {
         Ok(rows)
     }
 
-    /// Chooses the size of the tiles, after a look at the whole view in a small picture.
-    fn tile(&self) -> Result<(u32, u32), Error> {
+    /// Returns the longest side of a tile, after a look at the whole view in a small picture.
+    fn side(&self) -> Result<u32, Error> {
         let (width, height) = self.flags.size;
         tile::check_size((width, height))?;
         let Opened { scene, camera, empty, .. } = self.opened;
@@ -195,8 +192,18 @@ impl Poster<'_> {
                 self.given()
             )));
         }
-        let high = (MOST_BYTES / (3 * u64::from(width))).clamp(u64::from(LEAST), u64::from(side)) as u32;
-        Ok((side / 8 * 8, high / 8 * 8))
+        Ok(side)
+    }
+}
+
+/// Returns what `plan` makes of tiles with this side, or of half as long ones as long as it refuses them, down to the
+/// least.
+fn divided<T>(mut side: u32, mut plan: impl FnMut(u32) -> Result<T, Error>) -> Result<T, Error> {
+    loop {
+        match plan(side) {
+            Err(Error::Usage(_)) if side / 2 >= LEAST => side /= 2,
+            planned => return planned,
+        }
     }
 }
 
@@ -229,5 +236,23 @@ impl Strip {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_that_are_too_large_are_divided_and_refused_only_when_the_least_are_too_large() {
+        let fits = |most: u32| {
+            move |side: u32| if side <= most { Ok(side) } else { Err(Error::Usage(format!("{side} is too large"))) }
+        };
+        assert_eq!(divided(1024, fits(2000)).unwrap(), 1024);
+        assert_eq!(divided(1024, fits(300)).unwrap(), 256);
+        assert_eq!(divided(1024, fits(LEAST)).unwrap(), LEAST);
+        assert!(divided(1024, fits(LEAST - 1)).unwrap_err().to_string().contains("64 is too large"));
+        let other = divided(1024, |_| Err::<(), _>(Error::Input { path: "a".into(), what: "b".into() }));
+        assert!(matches!(other, Err(Error::Input { .. })), "another error is none of size");
     }
 }

@@ -17,11 +17,12 @@ use hbao::scene::NOTHING_IN_VIEW;
 use hbao::settings::Settings;
 use hbao::{Apply, Error};
 use motion::Motion;
-use serde_json::json;
-use std::collections::BTreeMap;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, HashSet};
 use std::fs::File;
-use std::io::Write as _;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
 use std::sync::mpsc::channel;
 use std::thread;
@@ -31,6 +32,9 @@ use worker::{Done, Work};
 /// The largest number of contexts that render side by side.
 const MOST_CONTEXTS: usize = 64;
 
+/// The longest line of a log that is read, in bytes.
+const LONGEST_LINE: u64 = 1 << 20;
+
 const EXPLANATION: &str = "\
 A path is JSON, {\"fps\": 24, \"interpolation\": \"catmull-rom\", \"keys\": [{\"time\": 0, \"eye\": [0,1,5], \"target\": [0,1,0],
 \"up\": [0,1,0], \"fov_y\": 50}, ...]} with times in seconds and angles in degrees (fps, interpolation, up and fov_y may be
@@ -39,7 +43,8 @@ stands at the time i / fps, and i is the number in its file's name.
 
 A frame that exists is not rendered again if its metadata say that it shows the same: the settings, the camera, the
 contents of the scene, the driver. So a run that was interrupted goes on when the same command is given again, and after
-a change of the scene only what it changes is rendered. With --no-metadata all frames are rendered.
+a change of the scene only what it changes is rendered. With --no-metadata all frames are rendered. With --truth-rays
+and --log, a frame whose error the log lacks is rendered and traced again.
 
 --chunk lets the machines of a farm share the frames: each renders one part.
 
@@ -100,6 +105,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         return Err(Error::Usage(what.into()));
     }
     let chosen = frames::read(matches, motion.frames())?;
+    motion.check(&chosen)?;
     let (Some(&first), Some(&last)) = (chosen.first(), chosen.last()) else {
         say("no frame is in this chunk: there are more chunks than frames");
         return Ok(());
@@ -110,19 +116,22 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     }
     Outputs::check([names.of(first)])?;
     let mut log = matches.get_one::<PathBuf>("log").map(|path| open_log(path)).transpose()?;
+    let traced = log.as_mut().map(Log::traced).transpose()?.unwrap_or_default();
 
     let (scene, settings) = flags.open_scene()?;
     flags.notices.iter().chain(&scene.notices).for_each(|notice| say(notice));
     let request = picture::request([show], apply);
     if rays.is_some() && request.gbuffer_only {
         say("--truth-rays has no effect: this image holds no ambient occlusion");
+    } else if rays.is_some() && log.is_none() {
+        say("--truth-rays has no effect without --log, the file that gets the errors");
     }
     for flag in flags.knobs_given().filter(|flag| !show.is_decided_by(flag, &settings)) {
         let why = settings.idle(flag).map_or_else(|| "on this image".into(), |idle| idle.to_string());
         say(&format!("--{flag} has no effect {why}"));
     }
     let given = flags.view.or(&scene.view);
-    let views = motion.views(&given, &scene.mesh, flags.size)?;
+    let views = motion.views(&given, &scene.view, &scene.mesh, flags.size)?;
     let resolved = settings.resolved(scene.mesh.diagonal());
     let work = Work {
         flags: &flags,
@@ -134,7 +143,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         request,
         format,
         names: &names,
-        rays: rays.filter(|_| !request.gbuffer_only),
+        rays: rays.filter(|_| !request.gbuffer_only && log.is_some()),
+        tracer: OnceLock::new(),
+        traced,
         contents: (!matches.get_flag("no-metadata")).then(|| scene.mesh.sha256()),
         view: &views,
         frames: &chosen,
@@ -186,9 +197,6 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         return Err(error);
     }
     told.say(chosen.len());
-    if work.rays.is_some() && rendered < chosen.len() {
-        say("frames that were there already were not traced: --truth-rays measures frames that are rendered");
-    }
     let seconds = start.elapsed().as_secs_f64();
     say(&format!(
         "frames {first} to {last}: {rendered} rendered, {:.2} per second; {} were there already",
@@ -223,12 +231,37 @@ struct Log {
 }
 
 fn open_log(path: &std::path::Path) -> Result<Log, Error> {
-    let file = File::options().create(true).append(true).open(path);
+    let file = File::options().read(true).create(true).append(true).open(path);
     let file = file.map_err(|e| Error::Output { path: path.into(), what: e.to_string() })?;
     Ok(Log { path: path.into(), file })
 }
 
 impl Log {
+    /// Returns what the lines of earlier runs say was traced. A line that was cut short is ended.
+    fn traced(&mut self) -> Result<HashSet<String>, Error> {
+        let mut traced = HashSet::new();
+        let mut read = || {
+            let mut text = Vec::new();
+            // A log that cannot be read again, such as a pipe, has none.
+            if !self.file.metadata()?.is_file() {
+                return Ok(());
+            }
+            let mut lines = BufReader::new(&self.file);
+            while lines.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut text)? > 0 {
+                let line = serde_json::from_slice::<Value>(&text).unwrap_or_default();
+                traced.extend(line["traced"].as_str().map(String::from));
+                if !text.ends_with(b"\n") && text.len() < LONGEST_LINE as usize {
+                    (&self.file).write_all(b"\n")?;
+                }
+                text.clear();
+            }
+            Ok(())
+        };
+        let read: std::io::Result<()> = read();
+        read.map_err(|e| Error::Output { path: self.path.clone(), what: e.to_string() })?;
+        Ok(traced)
+    }
+
     /// Appends the line of a frame.
     fn write(&mut self, done: &Done) -> Result<(), Error> {
         let mut line = json!({
@@ -243,6 +276,9 @@ impl Log {
         if let Some((rmse, noise)) = done.error {
             line["rmse"] = json!(rmse);
             line["noise_rmse"] = json!(noise);
+        }
+        if let Some(traced) = &done.traced {
+            line["traced"] = json!(traced);
         }
         let written = self.file.write_all(format!("{line}\n").as_bytes());
         written.map_err(|e| Error::Output { path: self.path.clone(), what: e.to_string() })

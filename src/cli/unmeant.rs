@@ -44,7 +44,7 @@ pub(crate) fn of(
 
 /// Says why no pixel of a picture holds a surface, and what to do about it.
 pub(crate) fn empty(flags: &Flags, mesh: &Mesh, camera: &Camera) -> String {
-    let View { eye, target, up, lens, near, far } = &flags.view;
+    let View { eye, target, up, lens, near, far, .. } = &flags.view;
     let names = |flags: &[(&str, bool)]| -> Vec<String> {
         flags.iter().filter(|(_, given)| *given).map(|(name, _)| format!("--{name}")).collect()
     };

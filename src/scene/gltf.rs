@@ -459,5 +459,6 @@ fn view(camera: &json::Camera, to_world: DAffine3) -> Option<View> {
     };
     // An orthographic camera may see from its own plane on, which the view's planes exclude.
     let near = (near > 0.0).then_some(near);
-    Some(View { eye: Some(eye), target: Some(target), up: Some(direction(DVec3::Y)?), lens: Some(lens), near, far })
+    let up = Some(direction(DVec3::Y)?);
+    Some(View { eye: Some(eye), target: Some(target), up, lens: Some(lens), near, far, direction_only: true })
 }

@@ -52,8 +52,9 @@ impl CameraPath {
     ///
     /// # Errors
     /// [`Error::Usage`] without a key, for numbers that are not finite, for times that are below 0 or do not rise, for
-    /// `up` or `fov_y` at some keys only, for a number of frames per second that is not above 0, and for a path that
-    /// has no frame or ends after frame 10,000,000. The message counts keys from 0.
+    /// `up` or `fov_y` at some keys only, for a key whose view [`View::check`] refuses, for a number of frames per
+    /// second that is not above 0, and for a path that has no frame or ends after frame 10,000,000. The message counts
+    /// keys from 0.
     pub fn new(keys: Vec<Key>, interpolation: Interpolation, fps: f64) -> Result<CameraPath, Error> {
         let refuse = |what: String| Err(Error::Usage(what));
         if !(fps.is_finite() && fps > 0.0) {
@@ -69,6 +70,8 @@ impl CameraPath {
             if key.time < 0.0 {
                 return refuse(format!("key {i} has the time {}, and times start at 0 or later", key.time));
             }
+            let seen = view(key.eye, key.target, key.up, key.fov_y).check();
+            seen.map_err(|error| of_key(&format!("key {i}"), &error))?;
             for (name, has, others) in
                 [("up", key.up.is_some(), first.up.is_some()), ("fov_y", key.fov_y.is_some(), first.fov_y.is_some())]
             {
@@ -115,8 +118,7 @@ impl CameraPath {
     #[must_use]
     pub fn view(&self, frame: u32) -> View {
         let time = f64::from(frame) / self.fps;
-        let after = self.keys.partition_point(|key| key.time <= time);
-        let (from, to) = (after.saturating_sub(1), after.min(self.keys.len() - 1));
+        let (from, to) = self.around(frame);
         let (a, b) = (&self.keys[from], &self.keys[to]);
         let share = if to > from { (time - a.time) / (b.time - a.time) } else { 0.0 };
         let mix = |a: f64, b: f64| a + share * (b - a);
@@ -129,14 +131,41 @@ impl CameraPath {
                 centripetal(around, [of(a), of(b)], share)
             }
         };
-        View {
-            eye: Some(point(|key| key.eye)),
-            target: Some(point(|key| key.target)),
-            up: a.up.zip(b.up).map(|(a, b)| a.normalize_or_zero().lerp(b.normalize_or_zero(), share)),
-            lens: a.fov_y.zip(b.fov_y).map(|(a, b)| Lens::FovY(mix(a, b))),
-            ..View::default()
-        }
+        let up = a.up.zip(b.up).map(|(a, b)| a.normalize_or_zero().lerp(b.normalize_or_zero(), share));
+        let fov_y = a.fov_y.zip(b.fov_y).map(|(a, b)| mix(a, b));
+        view(point(|key| key.eye), point(|key| key.target), up, fov_y)
     }
+
+    /// Refuses frames whose view is wrong although those of the keys are right: between two keys, the eye may pass
+    /// through the target, or the direction up through zero.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for the first of the frames whose view [`View::check`] refuses. The message names the keys
+    /// beside it, counted from 0.
+    pub fn check(&self, frames: impl IntoIterator<Item = u32>) -> Result<(), Error> {
+        frames.into_iter().try_for_each(|frame| {
+            let (from, to) = self.around(frame);
+            let place = format_args!("frame {frame}, between key {from} and key {to}");
+            self.view(frame).check().map_err(|error| of_key(&place.to_string(), &error))
+        })
+    }
+
+    /// Returns the numbers of the keys before and after a frame.
+    fn around(&self, frame: u32) -> (usize, usize) {
+        let time = f64::from(frame) / self.fps;
+        let after = self.keys.partition_point(|key| key.time <= time);
+        (after.saturating_sub(1), after.min(self.keys.len() - 1))
+    }
+}
+
+fn view(eye: DVec3, target: DVec3, up: Option<DVec3>, fov_y: Option<f64>) -> View {
+    View { eye: Some(eye), target: Some(target), up, lens: fov_y.map(Lens::FovY), ..View::default() }
+}
+
+/// Returns the error of a view with its place in the path. A view's errors name the command's flags, and a key's
+/// fields have the same names.
+fn of_key(place: &str, error: &Error) -> Error {
+    Error::Usage(format!("{place}: {}", error.to_string().replace("--fov-y", "fov_y").replace("--", "")))
 }
 
 /// Returns the point at this share of the way from the first of two points to the second, on the centripetal
@@ -159,36 +188,40 @@ fn centripetal([before, after]: [Option<DVec3>; 2], [a, b]: [DVec3; 2], share: f
     mix(mix(first, second, 0, 2), mix(second, third, 1, 3), 1, 2)
 }
 
-/// A turn of the eye about an axis through the target.
+/// A turn of the camera about an axis through the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turntable {
     /// The eye's position in frame 0.
     pub eye: DVec3,
     /// The point that the camera looks at.
     pub target: DVec3,
-    /// The direction of the axis, which points up in the picture.
+    /// The direction of the axis.
+    pub axis: DVec3,
+    /// The direction that points up in the picture of frame 0. It turns with the eye.
     pub up: DVec3,
     /// The number of frames of a whole turn, at least 1.
     pub frames: u32,
 }
 
 impl Turntable {
-    /// Returns the view of a frame: the eye has turned by 2 pi `frame` / `frames`, counterclockwise as seen from above.
+    /// Returns the view of a frame: the camera has turned by 2 pi `frame` / `frames`, counterclockwise as seen from
+    /// above.
     #[must_use]
     pub fn view(&self, frame: u32) -> View {
-        let Turntable { eye, target, up, frames } = *self;
+        let Turntable { eye, target, axis, up, frames } = *self;
         let angle = TAU * f64::from(frame % frames.max(1)) / f64::from(frames.max(1));
         // libm's sine and cosine are the same everywhere.
         let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
-        let (axis, arm) = (up.normalize_or_zero(), eye - target);
-        // Rodrigues' formula, without the loss of digits for an angle of 0.
-        let along = axis.dot(arm) * axis;
-        let turned = if frame.is_multiple_of(frames.max(1)) {
-            arm
-        } else {
-            along + cosine * (arm - along) + sine * axis.cross(arm)
+        let axis = axis.normalize_or_zero();
+        // Rodrigues' formula, without the loss of digits for an angle of 0 and for a vector along the axis.
+        let turned = |v: DVec3| {
+            if frame.is_multiple_of(frames.max(1)) || axis.cross(v) == DVec3::ZERO {
+                return v;
+            }
+            let along = axis.dot(v) * axis;
+            along + cosine * (v - along) + sine * axis.cross(v)
         };
-        View { eye: Some(target + turned), target: Some(target), up: Some(up), ..View::default() }
+        view(target + turned(eye - target), target, Some(turned(up)), None)
     }
 }
 
@@ -261,7 +294,8 @@ mod tests {
         let table = Turntable {
             eye: DVec3::new(3.0, 5.0, 2.0),
             target: DVec3::new(1.0, 1.0, 2.0),
-            up: DVec3::Y * 7.0,
+            axis: DVec3::Y * 7.0,
+            up: DVec3::new(0.5, 1.0, 0.0),
             frames: 4,
         };
         let eyes: Vec<DVec3> = (0..5).map(|frame| table.view(frame).eye.unwrap()).collect();
@@ -271,6 +305,20 @@ mod tests {
             assert!(eye.distance(DVec3::from(expected)) < 1e-12, "{eyes:?}");
         }
         assert_eq!(eyes[0], eyes[4]);
+        // A tilted direction up turns with the eye, and one along the axis stays what it is.
+        assert!(table.view(1).up.unwrap().distance(DVec3::new(0.0, 1.0, -0.5)) < 1e-12);
+        let upright = Turntable { up: DVec3::Y * 7.0, ..table };
+        assert!((0..4).all(|frame| upright.view(frame).up == Some(DVec3::Y * 7.0)));
+    }
+
+    #[test]
+    fn a_frame_with_a_wrong_view_between_right_keys_is_refused_with_its_keys() {
+        let keys = [0.0, 1.0, 2.0].map(|time| Key { eye: DVec3::new(time, 0.0, time - 1.5), ..key(time, 0.0, 0.0) });
+        let keys = keys.map(|key| Key { target: DVec3::new(1.5, 0.0, 0.0), ..key });
+        let linear = path(&keys, Interpolation::Linear, 2.0);
+        let error = linear.check(linear.frames()).unwrap_err().to_string();
+        assert!(error.contains("frame 3, between key 1 and key 2: eye is the same point as target"), "{error}");
+        assert!(linear.check([0, 1, 2, 4]).is_ok());
     }
 
     #[test]
@@ -290,6 +338,9 @@ mod tests {
             (with(|key| key.eye.x = f64::NAN), 24.0, "key 1 has numbers that are not finite"),
             (with(|key| key.up = Some(DVec3::Y)), 24.0, "key 1 has up and key 0 has not"),
             (with(|key| key.fov_y = Some(1.0)), 24.0, "key 1 has fov_y and key 0 has not"),
+            (with(|key| key.fov_y = Some(3.1)), 24.0, "key 1: fov_y 177.6"),
+            (with(|key| key.target = key.eye), 24.0, "key 1: eye is the same point as target"),
+            (with(|key| key.up = Some(DVec3::ZERO)), 24.0, "key 1: up 0,0,0 is not a direction"),
             (vec![key(0.3, 0.0, 0.0), key(0.7, 1.0, 0.0)], 1.0, "no frame lies between"),
             (vec![key(-1.0, 0.0, 0.0)], 1.0, "key 0 has the time -1"),
         ] {

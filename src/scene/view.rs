@@ -43,6 +43,9 @@ pub struct View {
     pub near: Option<f64>,
     /// The largest visible z, in scene units, 1e-15 to 1e15.
     pub far: Option<f64>,
+    /// Whether the target tells only where the eye looks, and `up` only how the picture is turned: those of a matrix or
+    /// of a glTF camera. Then the target's distance means nothing, and `up` need not be the scene's.
+    pub direction_only: bool,
 }
 
 /// How much the picture shows.
@@ -77,7 +80,23 @@ impl View {
             lens: self.lens.or(scene.lens),
             near: self.near.or(unless_moved(scene.near)),
             far: self.far.or(unless_moved(scene.far)),
+            direction_only: if self.target.is_some() { self.direction_only } else { scene.direction_only },
         }
+    }
+
+    /// Returns the point about which this view turns around the scene, if `camera` is its camera: the target, or the
+    /// scene's centre without one. If the target tells only a direction, it is the point of the view's axis that is
+    /// nearest to the centre of the scene's bounding box, so that a turn begins with this view. `None` if that point
+    /// does not lie before the eye.
+    #[must_use]
+    pub fn pivot(&self, camera: &Camera, mesh: &Mesh) -> Option<DVec3> {
+        let (low, high) = mesh.bounds();
+        let centre = low.midpoint(high);
+        if !self.direction_only {
+            return Some(self.target.unwrap_or(centre));
+        }
+        let distance = (centre - camera.eye).dot(camera.forward);
+        (distance >= SMALLEST).then(|| camera.eye + distance * camera.forward)
     }
 
     /// Returns the camera for a picture of `width` by `height` pixels, and notices for the user, each of one line.

@@ -31,7 +31,7 @@ impl Eye {
         let view = View { lens: Some(lens), ..view.clone() };
         let (camera, _) = view.camera(mesh, size.0, size.1)?;
         let (low, high) = mesh.bounds();
-        let target = view.target.unwrap_or(low.midpoint(high));
+        let target = view.pivot(&camera, mesh).or(view.target).unwrap_or(low.midpoint(high));
         let perspective = if matches!(lens, Lens::FovY(_) | Lens::Frustum(_)) { lens } else { USUAL_LENS };
         let mut all = Eye { eye: camera.eye, target, up: view.up.unwrap_or(DVec3::Y), lens, perspective, view };
         if all.view.eye.is_none() {
@@ -49,6 +49,7 @@ impl Eye {
             lens: Some(self.lens),
             near: self.view.near,
             far: self.view.far,
+            direction_only: false,
         }
     }
 

@@ -29,13 +29,16 @@ fn refused(folder: &Path, arguments: &str) -> String {
 
 /// Multiplies, adds and normalises as the textbook's `lookAt` does, independently of the program.
 fn view_matrix() -> [[f64; 4]; 4] {
+    look_at([120.0, 400.0, -700.0], [300.0, 200.0, 280.0], [0.2, 1.0, 0.1])
+}
+
+fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3]) -> [[f64; 4]; 4] {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let unit = |a: [f64; 3]| a.map(|x| x / dot(a, a).sqrt());
     let cross =
         |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let eye = [120.0, 400.0, -700.0];
-    let forward = unit([300.0 - eye[0], 200.0 - eye[1], 280.0 - eye[2]]);
-    let right = unit(cross(forward, [0.2, 1.0, 0.1]));
+    let forward = unit([target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]]);
+    let right = unit(cross(forward, up));
     let up = cross(right, forward);
     let row = |a: [f64; 3]| [a[0], a[1], a[2], -dot(a, eye)];
     [row(right), row(up), row(forward.map(|x| -x)), [0.0, 0.0, 0.0, 1.0]]
@@ -168,4 +171,78 @@ fn what_a_matrix_cannot_mean_is_refused_and_what_it_hardly_means_is_told() {
     assert!(told.contains("its pixels are not square; --size 72x48 has square ones"), "{told}");
     let told = render(folder, "aside.png", "--intrinsics 100,100,-3,20");
     assert!(told.contains("the principal point -3,20 lies outside the 96x64 pixels"), "{told}");
+}
+
+/// A floor and a triangle, in the bounds -3..3, 0..4, -3..3.
+const FLOOR: &str = "v -3 0 -3\nv 3 0 -3\nv 3 0 3\nv -3 0 3\nf 1 2 3 4\nv 0 0 0\nv 0 4 0\nv 1 4 1\nf 5 6 7\n";
+
+/// Renders a turn in four frames, as normals.
+fn turn(folder: &Path, arguments: &str) {
+    let (width, height) = SIZE;
+    let given = format!("sequence {arguments} --turntable 4 -o t#.exr --size {width}x{height} --show normals");
+    let output = cached(folder, &given);
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {}", texts(&output)[1]);
+}
+
+#[test]
+fn a_turntable_of_a_matrix_turns_about_the_point_of_its_axis_nearest_to_the_centre() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("a.obj"), FLOOR).unwrap();
+    let (eye, up) = ([1.0, 5.0, 9.0], [0.2, 1.0, 0.1]);
+    let matrix = look_at(eye, [0.4, 1.0, -1.0], up);
+    let list = |v: [f64; 3]| v.map(|x| format!("{x:?}")).join(",");
+    turn(folder, &format!("a.obj --view-matrix {}", text(matrix)));
+    render(folder, "given.exr", &format!("a.obj --view-matrix {}", text(matrix)));
+    hold_same(folder, "given.exr", "t0.exr");
+    // Eye space is right-handed, so that the third row points backward. The centre of the bounds is 0, 2, 0.
+    let forward = [0, 1, 2].map(|i| -matrix[2][i]);
+    let distance: f64 = [0, 1, 2].map(|i| ([0.0, 2.0, 0.0][i] - eye[i]) * forward[i]).iter().sum();
+    let pivot = [0, 1, 2].map(|i| eye[i] + distance * forward[i]);
+    // Half a turn about the axis y through it.
+    let half = |v: [f64; 3], [x, z]: [f64; 2]| [2.0 * x - v[0], v[1], 2.0 * z - v[2]];
+    let (eye, up) = (half(eye, [pivot[0], pivot[2]]), half(up, [0.0; 2]));
+    let camera = format!("--eye {} --target {} --up {}", list(eye), list(pivot), list(up));
+    render(folder, "half.exr", &format!("a.obj {camera}"));
+    hold_same(folder, "half.exr", "t2.exr");
+    // Half a turn about another axis: z stays, and x and y change their signs.
+    turn(folder, &format!("a.obj --view-matrix {} --up 0,0,1", text(look_at([1.0, 5.0, 9.0], [0.4, 1.0, -1.0], up))));
+    let matrix = look_at([1.0, 5.0, 9.0], [0.4, 1.0, -1.0], up);
+    let over = |v: [f64; 3], [x, y]: [f64; 2]| [2.0 * x - v[0], 2.0 * y - v[1], v[2]];
+    let (eye, up) = (over([1.0, 5.0, 9.0], [pivot[0], pivot[1]]), over(matrix_up(matrix), [0.0; 2]));
+    let camera = format!("--eye {} --target {} --up {}", list(eye), list(pivot), list(up));
+    render(folder, "over.exr", &format!("a.obj {camera}"));
+    hold_same(folder, "over.exr", "t2.exr");
+    // The centre lies behind this camera.
+    let away = text(look_at([0.0, 2.0, 9.0], [0.0, 2.0, 20.0], [0.0, 1.0, 0.0]));
+    let output = cached(folder, &format!("sequence a.obj --view-matrix {away} --turntable 4 -o b#.png --size 8x8"));
+    assert_eq!(output.status.code(), Some(2));
+    assert!(texts(&output)[1].contains("does not lie before the camera"), "{}", texts(&output)[1]);
+    let stderr = refused(folder, &format!("a.obj --view-matrix {away} --up 0,1,0"));
+    assert!(stderr.contains("--up cannot be used with --view-matrix"), "{stderr}");
+}
+
+fn matrix_up([_, up, ..]: [[f64; 4]; 4]) -> [f64; 3] {
+    [up[0], up[1], up[2]]
+}
+
+#[test]
+fn a_turntable_of_a_gltf_camera_turns_about_the_point_of_its_axis_nearest_to_the_centre() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // One triangle in the bounds -3..3, 0..4, -1..5, and a camera at 1, 2, 10 that looks along -z.
+    let file = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "scene": 0,
+        "nodes": [{"mesh": 0}, {"camera": 0, "translation": [1, 2, 10]}],
+        "cameras": [{"name": "c", "type": "perspective", "perspective": {"yfov": 1.0471975511965976, "znear": 0.1}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [-3, 0, -1], "max": [3, 4, 5]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AABAwAAAAAAAAIC/AABAQAAAgEAAAIC/AABAQAAAAAAAAKBA"}]}"#;
+    fs::write(folder.join("a.gltf"), file).unwrap();
+    turn(folder, "a.gltf --camera c");
+    for (frame, eye) in [(0, "1,2,10"), (1, "9,2,2"), (2, "1,2,-6"), (3, "-7,2,2")] {
+        render(folder, "looked.exr", &format!("a.gltf --eye {eye} --target 1,2,2 --fov-y 60"));
+        hold_same(folder, "looked.exr", &format!("t{frame}.exr"));
+    }
 }

@@ -229,6 +229,37 @@ fn the_log_tells_the_error_against_the_truth_and_the_share_of_early_exits() {
 }
 
 #[test]
+fn a_run_with_a_truth_goes_on_until_the_log_has_the_error_of_each_frame() {
+    let folder = with_path();
+    let folder = folder.path();
+    let run = |rays: &str| -> Vec<(u64, bool)> {
+        let before = fs::read_to_string(folder.join("log.jsonl")).unwrap_or_default();
+        sequence(folder, &format!("nave --path walk.json -o #.png {SMALL} --frames 0-2 --log log.jsonl {rays}"));
+        let after = fs::read_to_string(folder.join("log.jsonl")).unwrap();
+        let lines = after[before.len()..].lines().filter(|line| !line.is_empty());
+        let lines = lines.map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        let mut lines: Vec<_> = lines.map(|l| (l["frame"].as_u64().unwrap(), l["rmse"].is_number())).collect();
+        lines.sort_unstable();
+        lines
+    };
+    assert_eq!(run(""), [(0, false), (1, false), (2, false)]);
+    let bytes = frames(folder);
+    // The frames are there, and their errors are not.
+    assert_eq!(run("--truth-rays 4"), [(0, true), (1, true), (2, true)]);
+    assert!(frames(folder) == bytes);
+    assert_eq!(run("--truth-rays 4"), [(0, false), (1, false), (2, false)], "all was traced");
+    assert_eq!(run("--truth-rays 8"), [(0, true), (1, true), (2, true)], "a truth of other rays");
+    // The run was killed while it wrote the last line.
+    let log = fs::read_to_string(folder.join("log.jsonl")).unwrap();
+    let kept: Vec<&str> = log.lines().filter(|line| !line.is_empty() && line.contains("rmse")).collect();
+    let cut = kept[5].len() / 2;
+    fs::write(folder.join("log.jsonl"), format!("{}\n{}", kept[3..5].join("\n"), &kept[5][..cut])).unwrap();
+    assert_eq!(run("--truth-rays 8"), [(0, false), (1, false), (2, true)]);
+    let told = sequence(folder, &format!("nave --path walk.json -o #.png {SMALL} --frames 0 --truth-rays 4"));
+    assert!(told.contains("--truth-rays has no effect without --log"), "{told}");
+}
+
+#[test]
 fn notices_of_many_frames_are_said_once_with_their_number() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -241,6 +272,23 @@ fn notices_of_many_frames_are_said_once_with_their_number() {
         "hbao: in 2 of 4 frames, the first is frame 1: the whole scene lies behind the camera: nothing is in view";
     assert!(told.lines().any(|line| line == expected), "{told}");
     assert_eq!(told.lines().count(), 2, "{told}");
+}
+
+#[test]
+fn a_wrong_rate_is_wrong_usage_and_a_wrong_path_is_not() {
+    let folder = with_path();
+    let folder = folder.path();
+    for fps in ["0", "-1", "nan", "inf", "1e9"] {
+        let output = cached(folder, &format!("sequence --path walk.json -o #.png --fps {fps}"));
+        let [_, stderr] = texts(&output);
+        assert_eq!(output.status.code(), Some(2), "{fps}: {stderr}");
+        assert!(stderr.contains("--fps ") && !stderr.contains("walk.json"), "{stderr}");
+    }
+    fs::write(folder.join("zero.json"), PATH.replace(r#""fps": 4"#, r#""fps": 0"#)).unwrap();
+    let output = cached(folder, "sequence --path zero.json -o #.png");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(texts(&output)[1].contains("zero.json"), "{}", texts(&output)[1]);
+    assert_eq!(cached(folder, &format!("sequence --path zero.json -o #.png --fps 1 {SMALL}")).status.code(), Some(0));
 }
 
 #[test]
@@ -259,6 +307,13 @@ fn what_is_no_sequence_is_refused_in_one_line() {
         ("short.json", r#"{"keys": [{"time": 0, "eye": [0,0], "target": [0,0,1]}]}"#.into()),
         ("kind.json", format!(r#"{{"interpolation": "bezier", "keys": [{key}]}}"#)),
         ("same.json", r#"{"keys": [{"time": 0, "eye": [0,0,0], "target": [0,0,0]}]}"#.into()),
+        (
+            "wide.json",
+            r#"{"keys": [{"time": 0, "eye": [0,0,0], "target": [0,0,1], "fov_y": 50},
+            {"time": 1, "eye": [0,0,0], "target": [0,0,1], "fov_y": 176}]}"#
+                .into(),
+        ),
+        ("through.csv", format!("{csv}\n0,0,0,0,1,0,0\n1,2,0,0,1,0,0\n")),
         ("none.csv", csv.into()),
         ("words.csv", format!("{csv}\n0,1,2,3,4,5,six\n")),
         ("lacks.csv", "time,eye_x\n0,1\n".into()),
@@ -279,7 +334,12 @@ fn what_is_no_sequence_is_refused_in_one_line() {
         ("--path word.json -o #.png", "time of key 0 is not a number"),
         ("--path short.json -o #.png", "eye of key 0 is not a list of three numbers"),
         ("--path kind.json -o #.png", "interpolation \"bezier\" is not one of"),
-        ("--path same.json -o #.png", "frame 0: --eye is the same point as --target"),
+        ("--path same.json -o #.png", "same.json: no camera path: key 0: eye is the same point as target"),
+        ("--path wide.json -o #.png", "key 1: fov_y 176 must be from 1 to 175 degrees"),
+        (
+            "--path through.csv -o #.png --interpolation linear",
+            "frame 12, between key 0 and key 1: eye is the same point as target",
+        ),
         ("--path none.csv -o #.png", "it has no keys"),
         ("--path words.csv -o #.png", "target_z of key 0 is 'six'"),
         ("--path lacks.csv -o #.png", "its first line lacks the column eye_y"),
@@ -300,7 +360,7 @@ fn what_is_no_sequence_is_refused_in_one_line() {
         ("--path walk.json -o #.png --chunk 4/4", "from 0 to N - 1, of N"),
         ("--path walk.json -o #.png --chunk 1", "from 0 to N - 1, of N"),
         ("--path walk.json -o #.png --contexts 0", "not a whole number from 1 to 64"),
-        ("--path walk.json -o #.png --fps 0", "must be above 0"),
+        ("--path walk.json -o #.png --fps 0", "--fps 0: 0 frames per second: the number must be above 0"),
         ("--path walk.json -o #.png --fov-y 50", "--path tells the field of view"),
         ("--path walk.json -o #.png --eye 1,2,3", "cannot be used with"),
         ("--path walk.json --turntable 3 -o #.png", "cannot be used with"),

@@ -285,6 +285,7 @@ fn flags_win_over_the_scenes_own_camera_one_by_one() {
         lens: Some(Lens::Height(2.0)),
         near: Some(1.0),
         far: Some(3.0),
+        ..View::default()
     };
     assert_eq!(View::default().or(&own), own);
     assert_eq!(own.or(&View::default()), own);

@@ -36,6 +36,7 @@ fn a_floor_has_no_hole_where_slices_meet() {
                 lens: Some(Lens::FovY(1.0)),
                 near: Some(near),
                 far: Some(far),
+                ..View::default()
             };
             let camera = view.camera(&floor, SIZE.0, SIZE.1).unwrap().0;
             for msaa in [1, 4] {

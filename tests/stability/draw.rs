@@ -60,6 +60,7 @@ impl Drawn {
             lens: Some(lens),
             near: self.near.map(|near| (near * far).max(1e-15)),
             far: self.near.map(|_| far),
+            ..View::default()
         };
         Mesh::new(positions, triangles).ok().map(|mesh| (mesh, view))
     }

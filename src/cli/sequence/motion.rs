@@ -1,15 +1,18 @@
 //! How the camera of a sequence moves: by a file of keys, or about the scene.
 
+use crate::cli::camera::point;
 use crate::cli::flags::{number, path, text, valued, word};
 use clap::{Arg, ArgMatches};
 use glam::DVec3;
 use hbao::Error;
 use hbao::scene::{CameraPath, Interpolation, Key, Mesh, Turntable, View};
 use serde_json::{Map, Value};
+use std::fmt::Display;
 use std::fs::File;
 use std::io::Read as _;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::slice::from_ref;
 
 /// The longest file of a path that is read, in bytes: some 100,000 keys.
 const LONGEST: u64 = 1 << 24;
@@ -25,8 +28,12 @@ const INTERPOLATIONS: [(&str, Interpolation); 2] =
 
 /// How the camera moves.
 pub(super) enum Motion {
-    Path(CameraPath),
-    Turntable(u32),
+    Path {
+        path: CameraPath,
+        file: PathBuf,
+    },
+    /// A turn in this number of frames, about the axis that `--up` gives.
+    Turntable(u32, Option<DVec3>),
 }
 
 /// Makes the flags of the motion. One of --path and --turntable must be given.
@@ -39,9 +46,15 @@ pub(super) fn arguments() -> [Arg; 4] {
             "target",
             "view-matrix",
         ]),
-        valued("turntable", "N", "Turn the eye once about the up axis through the target, in N frames")
-            .required_unless_present("path")
-            .conflicts_with_all(["fps", "interpolation"]),
+        valued(
+            "turntable",
+            "N",
+            "Turn the camera once about the scene's up axis (--up; default: the scene's own, or 0,1,0) through the \
+             target, in N frames. With --view-matrix or a glTF camera, the target is the point of the view's axis that \
+             is nearest to the scene's centre",
+        )
+        .required_unless_present("path")
+        .conflicts_with_all(["fps", "interpolation"]),
         valued("fps", "N", format!("Frames per second of the path [above 0; default: the file's, or {FPS}]")),
         valued(
             "interpolation",
@@ -56,50 +69,75 @@ impl Motion {
     pub(super) fn read(matches: &ArgMatches) -> Result<Motion, Error> {
         if let Some(given) = text(matches, "turntable") {
             let frames = given.parse().ok().filter(|frames| (1..=MOST_FRAMES).contains(frames));
-            return frames.map(Motion::Turntable).ok_or_else(|| {
-                Error::Usage(format!("--turntable: '{given}' is not a whole number from 1 to {MOST_FRAMES}"))
-            });
+            let Some(frames) = frames else {
+                let what = format!("--turntable: '{given}' is not a whole number from 1 to {MOST_FRAMES}");
+                return Err(Error::Usage(what));
+            };
+            let up = point(matches, "up")?;
+            View { up, ..View::default() }.check()?;
+            return Ok(Motion::Turntable(frames, up));
         }
         let fps = number(matches, "fps")?;
         let interpolation = text(matches, "interpolation").map(|text| word("interpolation", text, &INTERPOLATIONS));
         let interpolation = interpolation.transpose()?;
-        let path = matches.get_one::<PathBuf>("path").cloned().unwrap_or_default();
-        let refuse = |what: String| Error::Input { path: path.clone(), what };
-        let found = read_file(&path)?;
-        let found = found.map_err(|what| refuse(format!("no camera path: {what}")))?;
+        let file = matches.get_one::<PathBuf>("path").cloned().unwrap_or_default();
+        let found = read_file(&file)?.map_err(|what| no_path(&file, &what))?;
         let interpolation = interpolation.or(found.interpolation).unwrap_or_default();
-        let motion = CameraPath::new(found.keys, interpolation, fps.or(found.fps).unwrap_or(FPS));
-        motion.map(Motion::Path).map_err(|error| refuse(format!("no camera path: {error}")))
+        let at = |fps| CameraPath::new(found.keys.clone(), interpolation, fps);
+        let own = at(found.fps.unwrap_or(FPS));
+        let path = match fps {
+            // What is right at the file's own rate is wrong by the flag only.
+            Some(fps) => at(fps).map_err(|error| match &own {
+                Ok(_) => Error::Usage(format!("--fps {fps}: {error}")),
+                Err(own) => no_path(&file, own),
+            })?,
+            None => own.map_err(|error| no_path(&file, &error))?,
+        };
+        Ok(Motion::Path { path, file })
     }
 
     /// Returns the numbers of the frames.
     pub(super) fn frames(&self) -> RangeInclusive<u32> {
         match self {
-            Motion::Path(path) => path.frames(),
-            Motion::Turntable(frames) => 0..=frames - 1,
+            Motion::Path { path, .. } => path.frames(),
+            Motion::Turntable(frames, _) => 0..=frames - 1,
         }
     }
 
-    /// Returns the views of the frames. `given` is the camera that the flags give, completed by the scene. It says what
-    /// the motion leaves open.
+    /// Refuses frames whose view is wrong, before the first one is rendered.
+    pub(super) fn check(&self, frames: &[u32]) -> Result<(), Error> {
+        match self {
+            Motion::Path { path, file } => path.check(frames.iter().copied()).map_err(|error| no_path(file, &error)),
+            Motion::Turntable(..) => Ok(()),
+        }
+    }
+
+    /// Returns the views of the frames. `own` is the scene's camera, and `given` the one that the flags give, completed
+    /// by it. It says what the motion leaves open.
     pub(super) fn views(
         &self,
         given: &View,
+        own: &View,
         mesh: &Mesh,
         size: (u32, u32),
     ) -> Result<impl Fn(u32) -> View + Sync, Error> {
         let turntable = match self {
-            Motion::Path(_) => None,
-            Motion::Turntable(frames) => {
+            Motion::Path { .. } => None,
+            Motion::Turntable(frames, axis) => {
                 let (camera, _) = given.camera(mesh, size.0, size.1)?;
-                let (low, high) = mesh.bounds();
-                let (target, up) = (given.target.unwrap_or(low.midpoint(high)), given.up.unwrap_or(DVec3::Y));
-                Some(Turntable { eye: camera.eye, target, up, frames: *frames })
+                let Some(target) = given.pivot(&camera, mesh) else {
+                    let what = "--turntable: the scene's centre does not lie before the camera, so that it cannot turn \
+                                about it: give --eye and --target, the point to turn about";
+                    return Err(Error::Usage(what.into()));
+                };
+                // The direction up in the picture of a camera that is tilted is not the scene's.
+                let axis = axis.or(own.up.filter(|_| !own.direction_only)).unwrap_or(DVec3::Y);
+                Some(Turntable { eye: camera.eye, target, axis, up: given.up.unwrap_or(axis), frames: *frames })
             }
         };
         Ok(move |frame| {
             let view = match (self, turntable) {
-                (Motion::Path(path), _) => path.view(frame),
+                (Motion::Path { path, .. }, _) => path.view(frame),
                 (_, Some(turntable)) => turntable.view(frame),
                 _ => View::default(),
             };
@@ -109,8 +147,13 @@ impl Motion {
 
     /// Returns whether the motion tells the field of view.
     pub(super) fn has_lens(&self) -> bool {
-        matches!(self, Motion::Path(path) if path.view(0).lens.is_some())
+        matches!(self, Motion::Path { path, .. } if path.view(0).lens.is_some())
     }
+}
+
+/// The error of a file that holds no path.
+fn no_path(file: &Path, what: &dyn Display) -> Error {
+    Error::Input { path: file.into(), what: format!("no camera path: {what}") }
 }
 
 /// What a file of a path says.
@@ -146,31 +189,62 @@ fn of_json(text: &str) -> Result<Found, String> {
         found.ok_or_else(|| format!("interpolation {given} is not one of \"linear\", \"catmull-rom\""))
     });
     let keys = table.get("keys").and_then(Value::as_array).ok_or("it has no list \"keys\"")?;
-    let keys = keys.iter().enumerate().map(|(i, key)| {
-        let Value::Object(key) = key else { return Err(format!("key {i} is no object")) };
-        known(key, &["time", "eye", "target", "up", "fov_y"], &format!("key {i}"))?;
-        let number = |name: &str| {
-            let value = key.get(name).ok_or_else(|| format!("key {i} has no {name}"))?;
-            value.as_f64().ok_or_else(|| format!("{name} of key {i} is not a number"))
-        };
-        let point = |name: &str| -> Result<DVec3, String> {
-            let value = key.get(name).ok_or_else(|| format!("key {i} has no {name}"))?;
-            let numbers = value.as_array().map(|numbers| numbers.iter().filter_map(Value::as_f64).collect::<Vec<_>>());
-            let length = value.as_array().map_or(0, Vec::len);
-            match numbers.as_deref() {
-                Some(&[x, y, z]) if length == 3 => Ok(DVec3::new(x, y, z)),
-                _ => Err(format!("{name} of key {i} is not a list of three numbers")),
-            }
-        };
-        Ok(Key {
-            time: number("time")?,
-            eye: point("eye")?,
-            target: point("target")?,
-            up: key.contains_key("up").then(|| point("up")).transpose()?,
-            fov_y: key.contains_key("fov_y").then(|| number("fov_y")).transpose()?.map(f64::to_radians),
+    let keys = keys.iter().enumerate().map(|(i, value)| {
+        let Value::Object(table) = value else { return Err(format!("key {i} is no object")) };
+        known(table, &FIELDS.map(|field| field.name), &format!("key {i}"))?;
+        key(i, |field| {
+            let Some(value) = table.get(field.name) else { return Ok(None) };
+            let entries = if field.is_point { value.as_array().map(Vec::as_slice) } else { Some(from_ref(value)) };
+            let numbers = entries.and_then(|entries| entries.iter().map(Value::as_f64).collect::<Option<Vec<_>>>());
+            let form = if field.is_point { "a list of three numbers" } else { "a number" };
+            let refuse = || format!("{} of key {i} is not {form}", field.name);
+            numbers.filter(|numbers| numbers.len() == field.columns().len()).map(Some).ok_or_else(refuse)
         })
     });
     Ok(Found { keys: keys.collect::<Result<_, _>>()?, interpolation: interpolation.transpose()?, fps })
+}
+
+/// What a key holds.
+struct Field {
+    name: &'static str,
+    /// Whether it is a point or a direction: three numbers, and three columns of a table.
+    is_point: bool,
+    required: bool,
+}
+
+const FIELDS: [Field; 5] = [
+    Field { name: "time", is_point: false, required: true },
+    Field { name: "eye", is_point: true, required: true },
+    Field { name: "target", is_point: true, required: true },
+    Field { name: "up", is_point: true, required: false },
+    Field { name: "fov_y", is_point: false, required: false },
+];
+
+impl Field {
+    /// The names of its columns in a table.
+    fn columns(&self) -> Vec<String> {
+        match self.is_point {
+            true => ["x", "y", "z"].map(|axis| format!("{}_{axis}", self.name)).into(),
+            false => vec![self.name.into()],
+        }
+    }
+}
+
+/// Makes the key of this number. `numbers` returns those of a field, as many as it has, or `None` if the key lacks it.
+fn key(i: usize, numbers: impl Fn(&Field) -> Result<Option<Vec<f64>>, String>) -> Result<Key, String> {
+    let mut found = [None; FIELDS.len()];
+    for (field, found) in FIELDS.iter().zip(&mut found) {
+        // A single number stands in x.
+        let numbers = numbers(field)?;
+        *found = numbers.map(|n| DVec3::new(n[0], n.get(1).map_or(0.0, |&y| y), n.get(2).map_or(0.0, |&z| z)));
+        if field.required && found.is_none() {
+            return Err(format!("key {i} has no {}", field.name));
+        }
+    }
+    let [time, eye, target, up, fov_y] = found;
+    let given = Option::unwrap_or_default;
+    let (time, eye, target) = (given(time).x, given(eye), given(target));
+    Ok(Key { time, eye, target, up, fov_y: fov_y.map(|degrees| degrees.x.to_radians()) })
 }
 
 /// Refuses names that mean nothing, which are likely to be mistyped.
@@ -181,44 +255,56 @@ fn known(table: &Map<String, Value>, names: &[&str], what: &str) -> Result<(), S
     }
 }
 
-/// The columns that a table must have, and those that it may have.
-const COLUMNS: [&str; 7] = ["time", "eye_x", "eye_y", "eye_z", "target_x", "target_y", "target_z"];
-const MORE_COLUMNS: [&str; 4] = ["up_x", "up_y", "up_z", "fov_y"];
-
 fn of_csv(text: &str) -> Result<Found, String> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|e| e.to_string())?.clone();
-    let names = || COLUMNS.into_iter().chain(MORE_COLUMNS);
-    if let Some(name) = header.iter().find(|name| !names().any(|known| known == *name)) {
+    if let Some(name) = header.iter().find(|name| !FIELDS.iter().any(|f| f.columns().iter().any(|c| c == name))) {
+        let columns = FIELDS.iter().map(|field| match field.required {
+            true => format!(",{}", field.columns().join(",")),
+            false => format!("[,{}]", field.columns().join(",")),
+        });
+        let columns: String = columns.collect();
         return Err(format!(
-            "its first line must be {}[,up_x,up_y,up_z][,fov_y], and holds '{name}'; or give JSON",
-            COLUMNS.join(",")
+            "its first line must be {}, and holds '{name}'; or give JSON",
+            columns.trim_start_matches(',')
         ));
     }
-    let column = |name: &str| header.iter().position(|column| column == name);
-    if let Some(name) = COLUMNS.into_iter().find(|name| column(name).is_none()) {
-        return Err(format!("its first line lacks the column {name}"));
-    }
-    let ups = MORE_COLUMNS[..3].iter().filter(|name| column(name).is_some()).count();
-    if ups != 0 && ups != 3 {
-        return Err("its first line must have all of up_x, up_y and up_z, or none".into());
+    let at = |name: &String| header.iter().position(|column| column == name);
+    let mut places = Vec::new();
+    for field in &FIELDS {
+        let columns = field.columns();
+        let found: Vec<_> = columns.iter().filter_map(at).collect();
+        if field.required
+            && let Some(name) = columns.iter().find(|name| at(name).is_none())
+        {
+            return Err(format!("its first line lacks the column {name}"));
+        }
+        if !found.is_empty() && found.len() < columns.len() {
+            return Err(format!("its first line must have all of {}, or none", listed(&columns)));
+        }
+        places.push((field.name, columns, found));
     }
     let mut found = Found::default();
     for (i, record) in reader.records().enumerate() {
         let record = record.map_err(|e| e.to_string())?;
-        let number = |name: &str| -> Result<f64, String> {
-            let text = column(name).and_then(|at| record.get(at)).unwrap_or_default();
-            text.parse().map_err(|_| format!("{name} of key {i} is '{text}', which is not a number"))
-        };
-        let point =
-            |[x, y, z]: [&str; 3]| -> Result<DVec3, String> { Ok(DVec3::new(number(x)?, number(y)?, number(z)?)) };
-        found.keys.push(Key {
-            time: number("time")?,
-            eye: point(["eye_x", "eye_y", "eye_z"])?,
-            target: point(["target_x", "target_y", "target_z"])?,
-            up: (ups == 3).then(|| point(["up_x", "up_y", "up_z"])).transpose()?,
-            fov_y: column("fov_y").map(|_| number("fov_y")).transpose()?.map(f64::to_radians),
+        let made = key(i, |field| {
+            let Some((_, names, places)) = places.iter().find(|place| place.0 == field.name) else { return Ok(None) };
+            let numbers = names.iter().zip(places).map(|(name, &at)| {
+                let text = record.get(at).unwrap_or_default();
+                text.parse::<f64>().map_err(|_| format!("{name} of key {i} is '{text}', which is not a number"))
+            });
+            let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
+            Ok((!numbers.is_empty()).then_some(numbers))
         });
+        found.keys.push(made?);
     }
     Ok(found)
+}
+
+/// Lists names as a sentence does.
+fn listed(names: &[String]) -> String {
+    match names {
+        [names @ .., last] if !names.is_empty() => format!("{} and {last}", names.join(", ")),
+        _ => names.concat(),
+    }
 }

@@ -11,13 +11,17 @@ use hbao::context::Context;
 use hbao::image::{Image, Outputs, exr, metadata, png};
 use hbao::measure::errors::Errors;
 use hbao::measure::{Reach, TruthImage};
+use hbao::reference::trace::Tracer;
 use hbao::reference::truth::Truth;
 use hbao::scene::{Camera, Scene, View};
 use hbao::settings::Settings;
 use hbao::{Apply, Error, Pipeline, Request};
+use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 /// What all workers share.
@@ -35,6 +39,10 @@ pub(super) struct Work<'a, V> {
     pub(super) names: &'a Names,
     /// The rays per pixel of the truth that each frame is compared with.
     pub(super) rays: Option<u32>,
+    /// The scene prepared for tracing, by the first frame that is traced, for all.
+    pub(super) tracer: OnceLock<Arc<Tracer<'a>>>,
+    /// What the log has traced already: see [`Done::traced`].
+    pub(super) traced: HashSet<String>,
     /// The hash of what the scene holds, which is stored in files; `None` for files without metadata.
     pub(super) contents: Option<String>,
     /// The view of each frame.
@@ -55,6 +63,8 @@ pub(super) struct Done {
     pub(super) exits: Option<f64>,
     /// The RMSE of ambient occlusion against the truth, and the truth's noise.
     pub(super) error: Option<(f64, f64)>,
+    /// What was traced, as a hash of the frame's metadata and of the number of rays; `None` without a truth.
+    pub(super) traced: Option<String>,
     pub(super) notices: Vec<String>,
 }
 
@@ -118,9 +128,12 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
             seconds: 0.0,
             exits: None,
             error: None,
+            traced: self.rays.map(|rays| identity(&origin, rays)),
             notices: Vec::new(),
         };
-        if self.contents.is_some() && is_there(path, self.format, &origin) {
+        // A frame whose error the log lacks is rendered again, because the error is that of what is rendered.
+        let logged = done.traced.as_ref().is_none_or(|traced| self.traced.contains(traced));
+        if logged && self.contents.is_some() && is_there(path, self.format, &origin) {
             done.seconds = start.elapsed().as_secs_f64();
             return Ok(done);
         }
@@ -150,7 +163,8 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
     fn error(&self, pipeline: &Pipeline, camera: &Camera, rays: u32) -> Result<Option<(f64, f64)>, Error> {
         let (width, height) = self.flags.size;
         let size = (width as usize, height as usize);
-        let truth = Truth::new(&self.scene.mesh, camera, size, &self.resolved, rays)?;
+        let tracer = self.tracer.get_or_init(|| Arc::new(Tracer::new(&self.scene.mesh)));
+        let truth = Truth::by(tracer, camera, size, &self.resolved, rays)?;
         let traced = truth.trace(&(0..size.0 * size.1).collect::<Vec<_>>(), |_| ());
         if !traced.covered.contains(&true) {
             return Ok(None);
@@ -159,6 +173,11 @@ impl<V: Fn(u32) -> View + Sync> Work<'_, V> {
         let errors = Errors::of(&pipeline.ao()?, &truth.visibility, &truth.covered)?;
         Ok(Some((errors.rmse, traced.noise_rmse)))
     }
+}
+
+/// Identifies a frame that is traced with this many rays.
+fn identity(origin: &str, rays: u32) -> String {
+    Sha256::digest(format!("{origin}{rays}")).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Returns whether a file holds the whole image that this text describes.
