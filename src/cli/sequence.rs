@@ -39,7 +39,8 @@ const EXPLANATION: &str = "\
 A path is JSON, {\"fps\": 24, \"interpolation\": \"catmull-rom\", \"keys\": [{\"time\": 0, \"eye\": [0,1,5], \"target\": [0,1,0],
 \"up\": [0,1,0], \"fov_y\": 50}, ...]} with times in seconds and angles in degrees (fps, interpolation, up and fov_y may be
 left out), or CSV with the header time,eye_x,eye_y,eye_z,target_x,target_y,target_z[,up_x,up_y,up_z][,fov_y]. Frame i
-stands at the time i / fps, and i is the number in its file's name.
+stands at the time i / fps, and i is the number in its file's name. Without a path and without --turntable, --camera
+names a camera of a glTF file that an animation moves.
 
 A frame that exists is not rendered again if its metadata say that it shows the same: the settings, the camera, the
 contents of the scene, the driver. So a run that was interrupted goes on when the same command is given again, and after
@@ -98,7 +99,11 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let apply: Apply = flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?;
     let rays = flags::text(matches, "truth-rays").map(|_| flags::read_truth_rays(matches)).transpose()?;
     let contexts = read_contexts(matches)?;
-    let motion = Motion::read(matches)?;
+    let opened = Motion::is_of_camera(matches).then(|| flags.open_scene()).transpose()?;
+    let motion = match &opened {
+        Some((scene, _)) => Motion::of_camera(matches, scene)?,
+        None => Motion::read(matches)?,
+    };
     if motion.has_lens() && flags.view.lens.is_some() {
         let what = "--path tells the field of view, fov_y: leave out --fov-y, --ortho, --frustum, --ortho-frustum, \
                     --intrinsics and --projection, or fov_y";
@@ -118,7 +123,7 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut log = matches.get_one::<PathBuf>("log").map(|path| open_log(path)).transpose()?;
     let traced = log.as_mut().map(Log::traced).transpose()?.unwrap_or_default();
 
-    let (scene, settings) = flags.open_scene()?;
+    let (scene, settings) = opened.map_or_else(|| flags.open_scene(), Ok)?;
     flags.notices.iter().chain(&scene.notices).for_each(|notice| say(notice));
     let request = picture::request([show], apply);
     if rays.is_some() && request.gbuffer_only {

@@ -30,6 +30,7 @@ pub(super) fn scene() -> Result<Scene, Error> {
         radius: Some(150.0),
         notices: Vec::new(),
         cameras: Vec::new(),
+        motions: Vec::new(),
     })
 }
 

@@ -7,17 +7,20 @@
 //! A glTF file can describe far more triangles than it has bytes, because nodes share meshes. Their number is limited
 //! before they are laid out.
 
+mod animation;
 mod data;
 mod json;
 mod materials;
 
+use super::motion::placed;
 use super::mtl::WHITE;
 use super::notices::{Kind, Notices};
 use super::parts::{MOST, Parts};
 use super::source::{Source, fill};
 use super::texture::{FARTHEST_COORDINATE, Skin};
-use super::{Lens, Mesh, View};
+use super::{CameraMotion, Lens, Mesh, View};
 use crate::Error;
+use animation::Animations;
 use data::Data;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3};
 use json::{Node, Primitive, Root};
@@ -25,8 +28,8 @@ use materials::{Look, Materials, encoded};
 use std::collections::HashSet;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 
-/// A mesh, and the cameras with their names.
-type Model = (Mesh, Vec<(String, View)>);
+/// A mesh, and the cameras and those that move, with their names.
+type Model = (Mesh, Vec<(String, View)>, Vec<(String, CameraMotion)>);
 
 /// The deepest nesting of brackets in JSON, which is the deepest that serde_json reads.
 const DEEPEST: u32 = 128;
@@ -208,6 +211,7 @@ fn read<R>(root: &Root, source: &Source<R>, binary: Option<Vec<u8>>, notices: &m
         notices,
         notice: &|what| source.refuse(what).to_string(),
     };
+    let mut parents: Vec<Option<u32>> = vec![None; root.nodes.len()];
     let mut seen = vec![false; root.nodes.len()];
     let mut open: Vec<(u32, DAffine3)> =
         roots(root)?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
@@ -218,9 +222,14 @@ fn read<R>(root: &Root, source: &Source<R>, binary: Option<Vec<u8>>, notices: &m
         }
         let to_world = parent * local(node).ok_or_else(|| format!("node {number} has a matrix that is not affine"))?;
         layout.node(number, node, to_world).map_err(|what| format!("node {number}: {what}"))?;
-        open.extend(node.children.iter().rev().map(|&child| (child, to_world)));
+        for &child in node.children.iter().rev() {
+            if let Some(parent) = parents.get_mut(child as usize) {
+                *parent = Some(number);
+            }
+            open.push((child, to_world));
+        }
     }
-    let Layout { parts, mut cameras, notices, .. } = layout;
+    let Layout { parts, cameras: nodes_of_cameras, notices, mut data, notice, .. } = layout;
     if parts.is_empty() && notices.has(Kind::Invisible) {
         return Err(
             "its scene holds no triangles that are seen: alpha is below the cutoff in the materials of all".into()
@@ -229,17 +238,35 @@ fn read<R>(root: &Root, source: &Source<R>, binary: Option<Vec<u8>>, notices: &m
         return Err("its scene holds no triangles; export the meshes with it".into());
     }
     let mut known = HashSet::new();
-    for (i, (name, _)) in cameras.iter_mut().enumerate() {
+    let (mut cameras, mut motions, mut animations) = (Vec::new(), Vec::new(), Animations::new(root));
+    for (i, (mut name, view, node)) in nodes_of_cameras.into_iter().enumerate() {
         if name.is_empty() || !known.insert(name.clone()) {
-            *name = format!("{name}#{i}");
+            name = format!("{name}#{i}");
             known.insert(name.clone());
         }
+        let nodes = std::iter::successors(Some(node), |&node| parents[node as usize]);
+        let why = match animations.of_camera(nodes, &view, &mut data) {
+            Ok(None) => None,
+            Ok(Some((motion, more))) => {
+                motions.push((name.clone(), motion));
+                more.map(String::from)
+            }
+            Err(why) => Some(format!("its camera stands still: {why}")),
+        };
+        if let Some(why) = why {
+            notices.add(Kind::Motion, || notice(format!("node {node}: {why}")));
+        }
+        cameras.push((name, view));
+    }
+    for node in animations.others() {
+        let what = format!("node {node}: an animation moves it, and only those of cameras are read");
+        notices.add(Kind::Pose, || notice(what));
     }
     let mesh = parts.into_mesh(source.path).map_err(|e| match e {
         Error::Input { what, .. } => what,
         e => e.to_string(),
     })?;
-    Ok((mesh, cameras))
+    Ok((mesh, cameras, motions))
 }
 
 /// Returns the roots of the default scene: the first one if none is the default, and all trees if there is no scene.
@@ -261,12 +288,17 @@ fn local(node: &Node) -> Option<DAffine3> {
         let matrix = DMat4::from_cols_array(matrix);
         return (matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]).then(|| DAffine3::from_mat4(matrix));
     }
+    let (translation, rotation, scale) = parts_of(node);
+    Some(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+}
+
+/// Returns the translation, the rotation and the scale of a node that has no matrix.
+fn parts_of(node: &Node) -> (DVec3, DQuat, DVec3) {
     let vector = |of: &Option<Box<[f64; 3]>>, default| of.as_deref().map_or(default, |v| DVec3::from_array(*v));
     let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |q| DQuat::from_array(*q));
     // A rotation of float32 numbers has not quite the length 1.
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
-    let [scale, translation] = [vector(&node.scale, DVec3::ONE), vector(&node.translation, DVec3::ZERO)];
-    Some(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+    (vector(&node.translation, DVec3::ZERO), rotation, vector(&node.scale, DVec3::ONE))
 }
 
 /// The scene that is being laid out.
@@ -275,7 +307,8 @@ struct Layout<'a> {
     data: Data<'a>,
     materials: Materials<'a>,
     parts: Parts,
-    cameras: Vec<(String, View)>,
+    /// The cameras: their names, their views, and their nodes.
+    cameras: Vec<(String, View, u32)>,
     /// The number of corners of triangles, and of strips and fans.
     corners: u64,
     /// The most triangles, and the most positions.
@@ -292,7 +325,7 @@ impl Layout<'_> {
             let name = node.name.as_deref().or(camera.name.as_deref()).unwrap_or_default();
             let view = view(camera, to_world);
             match view.as_ref().map(View::check) {
-                Some(Ok(())) => self.cameras.extend(view.map(|view| (name.to_string(), view))),
+                Some(Ok(())) => self.cameras.extend(view.map(|view| (name.to_string(), view, number))),
                 refused => {
                     let why = match refused {
                         Some(Err(e)) => e.to_string(),
@@ -446,12 +479,8 @@ fn of_normals(m: DMat3) -> DMat3 {
     if m.determinant() < 0.0 { -cofactors } else { cofactors }
 }
 
-/// Returns the view of a camera, which looks along its -z. The scale of its node does not matter.
+/// Returns the view of a camera.
 fn view(camera: &json::Camera, to_world: DAffine3) -> Option<View> {
-    let direction = |axis: DVec3| to_world.transform_vector3(axis).try_normalize();
-    let eye = to_world.translation;
-    // The target is so far away that rounding it turns the view by less than rounding the eye.
-    let target = eye + direction(DVec3::NEG_Z)? * eye.abs().max_element().max(1.0);
     let (lens, near, far) = match (&camera.perspective, &camera.orthographic) {
         (Some(camera), _) => (Lens::FovY(camera.yfov), camera.znear, camera.zfar),
         (None, Some(camera)) => (Lens::Height(2.0 * camera.ymag), camera.znear, Some(camera.zfar)),
@@ -459,6 +488,5 @@ fn view(camera: &json::Camera, to_world: DAffine3) -> Option<View> {
     };
     // An orthographic camera may see from its own plane on, which the view's planes exclude.
     let near = (near > 0.0).then_some(near);
-    let up = Some(direction(DVec3::Y)?);
-    Some(View { eye: Some(eye), target: Some(target), up, lens: Some(lens), near, far, direction_only: true })
+    Some(View { lens: Some(lens), near, far, ..placed(to_world)? })
 }

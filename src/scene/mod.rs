@@ -13,6 +13,7 @@ mod gltf;
 mod guard;
 mod masonry;
 mod mesh;
+mod motion;
 mod mtl;
 mod nave;
 mod notices;
@@ -32,6 +33,7 @@ mod view;
 pub use crate::projection::{Extents, Projection};
 pub use camera::Camera;
 pub use mesh::{Group, Mesh};
+pub use motion::CameraMotion;
 pub use path::{CameraPath, Interpolation, Key, Turntable};
 pub(crate) use texture::{Map, Skin, Texture, Wrap};
 pub use view::{Lens, NOTHING_IN_VIEW, View};
@@ -58,6 +60,8 @@ pub struct Scene {
     pub view: View,
     /// The cameras of a glTF file, with their names.
     pub cameras: Vec<(String, View)>,
+    /// How the cameras move that a glTF file animates, with their names.
+    pub motions: Vec<(String, CameraMotion)>,
     /// The scene's own AO radius R in scene units. It is `None` for a scene from a file.
     pub radius: Option<f64>,
     /// What was left out of the model's files because it could not be read, in words: material files, colours, normals.
@@ -130,8 +134,8 @@ impl Scene {
     }
 
     fn of(path: &Path, contents: open::Contents) -> Scene {
-        let open::Contents { mesh, cameras, notices } = contents;
+        let open::Contents { mesh, cameras, motions, notices } = contents;
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Scene { name, mesh, view: View::default(), cameras, radius: None, notices }
+        Scene { name, mesh, view: View::default(), cameras, motions, radius: None, notices }
     }
 }

@@ -108,6 +108,7 @@ pub(super) fn scene() -> Result<Scene, Error> {
         radius: Some(1.5),
         notices: Vec::new(),
         cameras: Vec::new(),
+        motions: Vec::new(),
     })
 }
 

@@ -24,6 +24,8 @@ pub(super) enum Kind {
     Instances,
     /// A skin or morph targets.
     Pose,
+    /// The motion of a camera.
+    Motion,
     /// A camera that cannot be used.
     Camera,
     /// A `vn` statement that gives no direction.
@@ -84,6 +86,7 @@ impl Kind {
             Kind::VertexAlpha => ("primitives", "it is taken as 1"),
             Kind::Instances => ("nodes", "its mesh is drawn once"),
             Kind::Pose => ("parts", "it is drawn in its rest pose"),
+            Kind::Motion => ("cameras", "give --path or --turntable to move it otherwise"),
             Kind::Camera => ("cameras", "it is left out"),
             Kind::Face => ("faces", "it is left out"),
             Kind::Material => ("materials", "its triangles are white"),

@@ -3,7 +3,7 @@
 use super::foreign::{self, Model};
 use super::notices::Notices;
 use super::source::Source;
-use super::{Mesh, View, gltf, ply, stl};
+use super::{CameraMotion, Mesh, View, gltf, ply, stl};
 use crate::Error;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -16,6 +16,7 @@ const BLOCK: usize = 1 << 16;
 pub(super) struct Contents {
     pub(super) mesh: Mesh,
     pub(super) cameras: Vec<(String, View)>,
+    pub(super) motions: Vec<(String, CameraMotion)>,
     pub(super) notices: Vec<String>,
 }
 
@@ -36,18 +37,18 @@ pub(super) fn read_from(bytes: impl BufRead, path: &Path, length: Option<u64>) -
     let (head, bytes) = foreign::head(bytes).map_err(|e| cannot_read(path, &e))?;
     let source = Source { bytes, path, length };
     let mut notices = Notices::default();
-    let (mesh, cameras) = match foreign::model(&head, length) {
+    let (mesh, cameras, motions) = match foreign::model(&head, length) {
         Model::Obj => {
             let (mesh, notices) = Mesh::from_obj(source.bytes, path)?;
-            return Ok(Contents { mesh, cameras: Vec::new(), notices });
+            return Ok(Contents { mesh, cameras: Vec::new(), motions: Vec::new(), notices });
         }
-        Model::Ply => (ply::read(source, &mut notices)?, Vec::new()),
-        Model::BinaryStl => (stl::read_binary(source, &mut notices)?, Vec::new()),
-        Model::TextStl => (stl::read_text(source, &mut notices)?, Vec::new()),
+        Model::Ply => (ply::read(source, &mut notices)?, Vec::new(), Vec::new()),
+        Model::BinaryStl => (stl::read_binary(source, &mut notices)?, Vec::new(), Vec::new()),
+        Model::TextStl => (stl::read_text(source, &mut notices)?, Vec::new(), Vec::new()),
         Model::Glb => gltf::read_binary(source, &mut notices)?,
         Model::Gltf => gltf::read_text(source, &mut notices)?,
     };
-    Ok(Contents { mesh, cameras, notices: notices.lines() })
+    Ok(Contents { mesh, cameras, motions, notices: notices.lines() })
 }
 
 fn cannot_read(path: &Path, error: &io::Error) -> Error {

@@ -91,7 +91,7 @@ impl CameraPath {
             ));
         }
         let path = CameraPath { keys, interpolation, fps };
-        let [start, end] = path.ends();
+        let [start, end] = ends(path.times(), fps);
         if end > MOST_FRAMES {
             return refuse(format!("it ends at frame {end:.0}, and paths may have frames up to {MOST_FRAMES:.0}"));
         }
@@ -104,14 +104,12 @@ impl CameraPath {
     /// Returns the numbers of the frames: those whose times lie from the first key to the last.
     #[must_use]
     pub fn frames(&self) -> RangeInclusive<u32> {
-        let [start, end] = self.ends();
-        start as u32..=end as u32
+        frames_between(self.times(), self.fps).unwrap_or(0..=0)
     }
 
-    /// Returns the number of the first frame and that of the last.
-    fn ends(&self) -> [f64; 2] {
-        let time = |key: Option<&Key>| key.map_or(0.0, |key| key.time) * self.fps;
-        [(time(self.keys.first()) - BESIDE).ceil(), (time(self.keys.last()) + BESIDE).floor()]
+    /// Returns the time of the first key and that of the last.
+    fn times(&self) -> [f64; 2] {
+        [self.keys.first(), self.keys.last()].map(|key| key.map_or(0.0, |key| key.time))
     }
 
     /// Returns the view of a frame. Before the first key it is that of the first, and after the last that of the last.
@@ -156,6 +154,18 @@ impl CameraPath {
         let after = self.keys.partition_point(|key| key.time <= time);
         (after.saturating_sub(1), after.min(self.keys.len() - 1))
     }
+}
+
+/// Returns the number of the first frame and that of the last between two times, if frame i stands at the time i / fps.
+fn ends([start, end]: [f64; 2], fps: f64) -> [f64; 2] {
+    [(start * fps - BESIDE).ceil(), (end * fps + BESIDE).floor()]
+}
+
+/// Returns the numbers of the frames between two times in seconds, if frame i stands at the time i / fps. `None` if there
+/// is no such frame, or one after frame 10,000,000.
+pub(super) fn frames_between(times: [f64; 2], fps: f64) -> Option<RangeInclusive<u32>> {
+    let [start, end] = ends(times, fps);
+    (start >= 0.0 && start <= end && end <= MOST_FRAMES).then(|| start as u32..=end as u32)
 }
 
 fn view(eye: DVec3, target: DVec3, up: Option<DVec3>, fov_y: Option<f64>) -> View {

@@ -5,7 +5,7 @@ use crate::cli::flags::{number, path, text, valued, word};
 use clap::{Arg, ArgMatches};
 use glam::DVec3;
 use hbao::Error;
-use hbao::scene::{CameraPath, Interpolation, Key, Mesh, Turntable, View};
+use hbao::scene::{CameraMotion, CameraPath, Interpolation, Key, Mesh, Scene, Turntable, View};
 use serde_json::{Map, Value};
 use std::fmt::Display;
 use std::fs::File;
@@ -32,11 +32,13 @@ pub(super) enum Motion {
         path: CameraPath,
         file: PathBuf,
     },
+    /// A camera of a glTF file, and the frames per second of its animation.
+    Camera(CameraMotion, f64),
     /// A turn in this number of frames, about the axis that `--up` gives.
     Turntable(u32, Option<DVec3>),
 }
 
-/// Makes the flags of the motion. One of --path and --turntable must be given.
+/// Makes the flags of the motion. One of --path, --turntable and --camera must be given.
 pub(super) fn arguments() -> [Arg; 4] {
     let names = INTERPOLATIONS.map(|(name, _)| name).join(", ");
     [
@@ -53,9 +55,15 @@ pub(super) fn arguments() -> [Arg; 4] {
              target, in N frames. With --view-matrix or a glTF camera, the target is the point of the view's axis that \
              is nearest to the scene's centre",
         )
-        .required_unless_present("path")
+        .required_unless_present_any(["path", "camera"])
         .conflicts_with_all(["fps", "interpolation"]),
-        valued("fps", "N", format!("Frames per second of the path [above 0; default: the file's, or {FPS}]")),
+        valued(
+            "fps",
+            "N",
+            format!(
+                "Frames per second of the path or of a camera's animation [above 0; default: the path's, or {FPS}]"
+            ),
+        ),
         valued(
             "interpolation",
             "KIND",
@@ -96,10 +104,41 @@ impl Motion {
         Ok(Motion::Path { path, file })
     }
 
+    /// Returns whether a camera of the scene tells the motion.
+    pub(super) fn is_of_camera(matches: &ArgMatches) -> bool {
+        text(matches, "turntable").is_none() && !matches.contains_id("path")
+    }
+
+    /// Takes the motion from the camera of the scene that the flags name.
+    pub(super) fn of_camera(matches: &ArgMatches, scene: &Scene) -> Result<Motion, Error> {
+        let name = text(matches, "camera").unwrap_or_default();
+        let Some((_, motion)) = scene.motions.iter().find(|(known, _)| known == name) else {
+            let what = "is not moved by an animation of the scene: give --path or --turntable";
+            return Err(Error::Usage(format!("--camera '{name}' {what}")));
+        };
+        if let Some(flag) = ["eye", "target", "up", "view-matrix", "interpolation"]
+            .into_iter()
+            .find(|flag| text(matches, flag).is_some())
+        {
+            let what = "cannot be used with the animation of --camera: give --path or --turntable too, or leave it out";
+            return Err(Error::Usage(format!("--{flag} {what}")));
+        }
+        let fps = number(matches, "fps")?.unwrap_or(FPS);
+        if !(fps.is_finite() && fps > 0.0) {
+            return Err(Error::Usage(format!("--fps {fps}: the number of frames per second must be above 0")));
+        }
+        if motion.frames(fps).is_none() {
+            let what = "no frame, or one after frame 10000000, lies in the animation of --camera";
+            return Err(Error::Usage(format!("--fps {fps}: {what}")));
+        }
+        Ok(Motion::Camera(motion.clone(), fps))
+    }
+
     /// Returns the numbers of the frames.
     pub(super) fn frames(&self) -> RangeInclusive<u32> {
         match self {
             Motion::Path { path, .. } => path.frames(),
+            Motion::Camera(motion, fps) => motion.frames(*fps).unwrap_or(0..=0),
             Motion::Turntable(frames, _) => 0..=frames - 1,
         }
     }
@@ -108,6 +147,12 @@ impl Motion {
     pub(super) fn check(&self, frames: &[u32]) -> Result<(), Error> {
         match self {
             Motion::Path { path, file } => path.check(frames.iter().copied()).map_err(|error| no_path(file, &error)),
+            Motion::Camera(motion, fps) => frames.iter().try_for_each(|&frame| {
+                let view = motion.view(f64::from(frame) / fps);
+                let none = || Error::Usage("the camera has no direction".into());
+                let checked = view.ok_or_else(none).and_then(|view| view.check());
+                checked.map_err(|error| Error::Usage(format!("--camera: frame {frame} of its animation: {error}")))
+            }),
             Motion::Turntable(..) => Ok(()),
         }
     }
@@ -122,7 +167,7 @@ impl Motion {
         size: (u32, u32),
     ) -> Result<impl Fn(u32) -> View + Sync, Error> {
         let turntable = match self {
-            Motion::Path { .. } => None,
+            Motion::Path { .. } | Motion::Camera(..) => None,
             Motion::Turntable(frames, axis) => {
                 let (camera, _) = given.camera(mesh, size.0, size.1)?;
                 let Some(target) = given.pivot(&camera, mesh) else {
@@ -138,6 +183,10 @@ impl Motion {
         Ok(move |frame| {
             let view = match (self, turntable) {
                 (Motion::Path { path, .. }, _) => path.view(frame),
+                // The flags may give another lens.
+                (Motion::Camera(motion, fps), _) => {
+                    View { lens: None, ..motion.view(f64::from(frame) / fps).unwrap_or_default() }
+                }
                 (_, Some(turntable)) => turntable.view(frame),
                 _ => View::default(),
             };

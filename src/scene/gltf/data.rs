@@ -6,7 +6,7 @@ use crate::Error;
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -91,6 +91,23 @@ impl<'a> Data<'a> {
             Components::Vec4 => self.tuples(number, count, 4, DVec3::from_array),
             _ => Err(format!("accessor {number} is not of the type VEC3 or VEC4")),
         }
+    }
+
+    /// Reads an accessor of single numbers.
+    pub(super) fn scalars(&mut self, number: u32) -> Result<Vec<f64>, String> {
+        let accessor = self.accessor(number)?;
+        if accessor.shape != Components::Scalar {
+            return Err(format!("accessor {number} is not of the type SCALAR"));
+        }
+        self.tuples(number, accessor.count as usize, 1, |[x]| x)
+    }
+
+    /// Reads an accessor of four numbers each. It must have `count` of them.
+    pub(super) fn quadruples(&mut self, number: u32, count: usize) -> Result<Vec<DVec4>, String> {
+        if self.accessor(number)?.shape != Components::Vec4 {
+            return Err(format!("accessor {number} is not of the type VEC4"));
+        }
+        self.tuples(number, count, 4, DVec4::from_array)
     }
 
     /// Returns the lowest alpha of an accessor of colours, or 1 if it has none.

@@ -71,6 +71,8 @@ pub(super) struct Root {
     #[serde(default)]
     pub(super) cameras: List<Camera>,
     #[serde(default)]
+    pub(super) animations: List<Animation>,
+    #[serde(default)]
     pub(super) textures: List<Texture>,
     #[serde(default)]
     pub(super) images: List<Image>,
@@ -248,6 +250,56 @@ pub(super) struct Image {
 pub(super) struct Sampler {
     pub(super) wrap_s: Option<u32>,
     pub(super) wrap_t: Option<u32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Animation {
+    #[serde(default)]
+    pub(super) channels: List<Channel>,
+    #[serde(default)]
+    pub(super) samplers: List<AnimationSampler>,
+}
+
+/// What a sampler of an animation moves.
+#[derive(Deserialize)]
+pub(super) struct Channel {
+    pub(super) sampler: u32,
+    pub(super) target: AnimationTarget,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AnimationTarget {
+    pub(super) node: Option<u32>,
+    pub(super) path: AnimationPath,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "camelCase")]
+pub(super) enum AnimationPath {
+    Translation,
+    Rotation,
+    Scale,
+    #[serde(other)]
+    Other,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AnimationSampler {
+    pub(super) input: u32,
+    pub(super) output: u32,
+    #[serde(default)]
+    pub(super) interpolation: Spline,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+pub(super) enum Spline {
+    #[default]
+    #[serde(rename = "LINEAR")]
+    Linear,
+    #[serde(rename = "STEP")]
+    Step,
+    #[serde(rename = "CUBICSPLINE")]
+    Cubic,
 }
 
 #[derive(Deserialize)]

@@ -379,6 +379,115 @@ fn quantized_and_sparse_positions_are_read() {
     assert_eq!(mesh.positions, [DVec3::ZERO, dvec3(16384.0 / 32767.0, 0.0, 0.0), dvec3(0.0, 1.0, -1.0)]);
 }
 
+/// A GLB file of the sample and of a camera on an arm, of whose JSON a part is replaced. The arm turns by a quarter
+/// about y from second 1 to second 2, and the camera moves from z = 4 to z = 6 at once at second 2.
+fn animated(from: &str, to: &str) -> Vec<u8> {
+    let more = r#","cameras":[{"perspective":{"yfov":0.5,"znear":0.25}}],"animations":[{"samplers":[
+        {"input":2,"output":3},{"input":2,"output":4,"interpolation":"STEP"}],"channels":[
+        {"sampler":0,"target":{"node":1,"path":"rotation"}},{"sampler":1,"target":{"node":2,"path":"translation"}}]}]"#;
+    let nodes = r#"{"mesh":0},{"children":[2],"translation":[0,7,0]},{"name":"eye","camera":0}"#;
+    let (json, mut binary) = written::gltf(&sample(), nodes, more, None);
+    let start = binary.len();
+    let half = FRAC_1_SQRT_2 as f32;
+    for number in [1.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, half, 0.0, half, 0.0, 0.0, 4.0, 0.0, 0.0, 6.0_f32] {
+        binary.extend(number.to_le_bytes());
+    }
+    let (length, all) = (binary.len() - start, binary.len());
+    let accessor = |kind: &str, offset: usize| {
+        format!(r#",{{"bufferView":2,"byteOffset":{offset},"componentType":5126,"count":2,"type":"{kind}"}}"#)
+    };
+    let accessors = [accessor("SCALAR", 0), accessor("VEC4", 8), accessor("VEC3", 40)].concat();
+    let json = json
+        .replacen(r#""SCALAR"}]"#, &format!(r#""SCALAR"}}{accessors}]"#), 1)
+        .replacen(
+            &format!(r#""byteLength":{}}}],"buffers""#, start - 60),
+            &format!(
+                r#""byteLength":{}}},{{"buffer":0,"byteOffset":{start},"byteLength":{length}}}],"buffers""#,
+                start - 60
+            ),
+            1,
+        )
+        .replacen(&format!(r#""buffers":[{{"byteLength":{start}"#), &format!(r#""buffers":[{{"byteLength":{all}"#), 1);
+    assert!(json.contains(from), "{from} of {json}");
+    glb(&json.replacen(from, to, 1), &binary)
+}
+
+#[test]
+fn cameras_are_moved_by_the_animations_of_their_nodes() {
+    let scene = open(&animated("", ""), &[]).unwrap();
+    assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+    let [(name, motion)] = &scene.motions[..] else { panic!("{:?}", scene.motions) };
+    assert_eq!((name.as_str(), motion.frames(10.0)), ("eye", Some(10..=20)));
+    let h = FRAC_1_SQRT_2;
+    for (time, eye) in [
+        (0.0, [0.0, 7.0, 4.0]),
+        (1.0, [0.0, 7.0, 4.0]),
+        (1.5, [4.0 * h, 7.0, 4.0 * h]),
+        (2.0, [6.0, 7.0, 0.0]),
+        (9.0, [6.0, 7.0, 0.0]),
+    ] {
+        let view = motion.view(time).unwrap();
+        // The file holds float32.
+        assert!(view.eye.unwrap().distance(DVec3::from(eye)) < 1e-6, "{time}: {view:?}");
+        let forward = (view.target.unwrap() - view.eye.unwrap()).normalize();
+        let expected = -DVec3::new(eye[0], 0.0, eye[2]).normalize();
+        assert!(forward.distance(expected) < 1e-6, "{time}: {view:?}");
+        assert_eq!((view.lens, view.near), (Some(Lens::FovY(0.5)), Some(0.25)));
+    }
+    // At rest the camera stands where its nodes are.
+    assert_eq!(scene.camera("eye").unwrap().eye, Some(dvec3(0.0, 7.0, 0.0)));
+}
+
+#[test]
+fn animations_that_are_wrong_leave_their_cameras_where_they_are() {
+    let channel = r#"{"sampler":0,"target":{"node":1,"path":"rotation"}}"#;
+    for (from, to, said) in [
+        (
+            r#""input":2"#,
+            r#""input":9"#,
+            "node 2: its camera stands still: sampler 0 of animation 0: there is no accessor 9",
+        ),
+        (r#""input":2"#, r#""input":3"#, "accessor 3 is not of the type SCALAR"),
+        (r#""output":3"#, r#""output":4"#, "accessor 4 is not of the type VEC4"),
+        (r#""output":4"#, r#""output":3"#, "accessor 3 is not of the type VEC3"),
+        (
+            r#""interpolation":"STEP""#,
+            r#""interpolation":"CUBICSPLINE""#,
+            "accessor 4 has 2 elements, and 6 are needed",
+        ),
+        (r#"{"bufferView":2,"byteOffset":0"#, r#"{"bufferView":2,"byteOffset":12"#, "its times are not"),
+        (r#"{"bufferView":2,"byteOffset":0"#, r#"{"bufferView":2,"byteOffset":4"#, "its times are not"),
+        (r#""sampler":0"#, r#""sampler":7"#, "sampler 7 of animation 0: it does not exist"),
+        (
+            r#""translation":[0,7,0]"#,
+            r#""matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,7,0,1]"#,
+            "node 1 has a matrix, whose parts",
+        ),
+        (
+            r#""componentType":5126,"count":2"#,
+            r#""componentType":5126,"count":4000000000"#,
+            "more than 1048576 keys in all",
+        ),
+    ] {
+        let scene = open(&animated(from, to), &[]).unwrap_or_else(|e| panic!("{from} {to}: {e}"));
+        assert_eq!((scene.motions.len(), scene.cameras.len()), (0, 1), "{to}");
+        assert!(scene.notices.len() == 1 && scene.notices[0].contains(said), "{to}: {:?}", scene.notices);
+    }
+    // What is no motion of a camera is told, or means nothing.
+    let mesh = channel.replace(r#""node":1"#, r#""node":0"#);
+    let scene = open(&animated(channel, &mesh), &[]).unwrap();
+    assert_eq!(scene.motions.len(), 1);
+    assert!(scene.notices[0].contains("node 0: an animation moves it, and only those of cameras are read"));
+    for other in [channel.replace("rotation", "weights"), channel.replace("\"node\":1,", "")] {
+        let scene = open(&animated(channel, &other), &[]).unwrap();
+        assert_eq!((scene.motions.len(), scene.notices.len()), (1, 0), "{:?}", scene.notices);
+    }
+    let twice = r#""animations":[{"samplers":[{"input":2,"output":3}],"channels":[{"sampler":0,"target":{"node":1,"path":"rotation"}}]},{"#;
+    let scene = open(&animated(r#""animations":[{"#, twice), &[]).unwrap();
+    assert!(scene.notices[0].contains("node 2: several animations move it, and only the first is read"));
+    assert!(scene.motions[0].1.view(2.0).unwrap().eye.unwrap().distance(dvec3(0.0, 7.0, 0.0)) < 1e-6);
+}
+
 #[test]
 fn cameras_have_the_place_and_the_lens_of_their_nodes() {
     let nodes = format!(
