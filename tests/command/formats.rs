@@ -4,6 +4,7 @@ use crate::rig::command::{cached, texts};
 use crate::rig::formats::{self, Order};
 use glam::dvec3;
 use hbao::scene::Mesh;
+use serde_json::{Value, json};
 use std::fs;
 use tempfile::TempDir;
 
@@ -59,6 +60,68 @@ fn a_glb_file_is_rendered_through_each_of_its_cameras() {
     let (code, stderr) = render("render -o out.png --camera front");
     assert_eq!(code, Some(2));
     assert!(stderr.contains("this scene has no cameras"), "{stderr}");
+}
+
+/// The wall with a camera that moves from 0.5,0.5,3 to 1,0.5,3 in the first second, and one that stands still.
+fn with_a_moving_camera() -> Vec<u8> {
+    let nodes = r#"{"mesh":0},{"name":"moving","camera":0,"translation":[0.5,0.5,3]},
+        {"name":"still","camera":0,"translation":[0.5,0.5,9]}"#;
+    let more = r#","cameras":[{"type":"perspective","perspective":{"yfov":0.5,"znear":0.5,"zfar":20}}]"#;
+    let (json, mut binary) = formats::gltf(&wall(), nodes, more, None);
+    let mut root: Value = serde_json::from_str(&json).unwrap();
+    let start = binary.len();
+    for number in [0.0, 1.0, 0.5, 0.5, 3.0, 1.0, 0.5, 3.0_f32] {
+        binary.extend(number.to_le_bytes());
+    }
+    root["buffers"][0]["byteLength"] = json!(binary.len());
+    root["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": 0, "byteOffset": start, "byteLength": 32}));
+    let accessors = root["accessors"].as_array_mut().unwrap();
+    let first = accessors.len();
+    accessors.push(json!({"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR"}));
+    accessors.push(json!({"bufferView": 2, "byteOffset": 8, "componentType": 5126, "count": 2, "type": "VEC3"}));
+    root["animations"] = json!([{
+        "samplers": [{"input": first, "output": first + 1}],
+        "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}],
+    }]);
+    formats::glb(&root.to_string(), &binary)
+}
+
+#[test]
+fn a_sequence_follows_a_camera_that_its_file_moves() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("m.glb"), with_a_moving_camera()).unwrap();
+    let run = |arguments: &str| {
+        let output = cached(folder.path(), arguments);
+        let [_, stderr] = texts(&output);
+        (output.status.code(), stderr)
+    };
+    let common = "m.glb --size 40x30 --radius 0.5 --show depth --no-metadata";
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let (code, stderr) = run(&format!("sequence {common} --camera moving --fps 2 -o #.png"));
+    assert!(code == Some(0) && stderr.contains("frames 0 to 2: 3 rendered"), "{stderr}");
+    for (frame, x) in [(0, 0.5), (1, 0.75), (2, 1.0)] {
+        let fov_y = 0.5_f64.to_degrees();
+        let place = format!("--eye {x},0.5,3 --target {x},0.5,0 --fov-y {fov_y} --near 0.5 --far 20");
+        assert_eq!(run(&format!("render {common} -o one.png {place}")).0, Some(0));
+        assert!(read("one.png") == read(&format!("{frame}.png")), "frame {frame}");
+    }
+    // A flag gives another lens, and a turntable another motion.
+    let before = read("0.png");
+    assert_eq!(run(&format!("sequence {common} --camera moving --fps 1 --ortho 2 -o #.png")).0, Some(0));
+    assert!(before != read("0.png"));
+    assert_eq!(run(&format!("sequence {common} --camera moving --turntable 2 -o #.png")).0, Some(0));
+    assert!(before == read("0.png"), "a turn begins at the camera");
+    for (arguments, said) in [
+        ("--camera still", "--camera 'still' is not moved by an animation of the scene: give --path or --turntable"),
+        ("--camera other", "--camera 'other' is no camera of the scene: there are 'moving', 'still'"),
+        ("--camera moving --fps 0", "--fps 0: the number of frames per second must be above 0"),
+        ("--camera moving --fps 1e9", "--fps 1000000000: no frame, or one after frame 10000000, lies in the animation"),
+        ("--camera moving --eye 1,2,3", "--eye cannot be used with the animation of --camera"),
+        ("--camera moving --frames 0-99", "has frames that there are not: they are 0 to 24"),
+    ] {
+        let (code, stderr) = run(&format!("sequence {common} -o x#.png {arguments}"));
+        assert!(code == Some(2) && stderr.contains(said) && stderr.lines().count() == 1, "{arguments}: {stderr}");
+    }
 }
 
 #[test]
