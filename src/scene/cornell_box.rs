@@ -31,6 +31,7 @@ pub(super) fn scene() -> Result<Scene, Error> {
         notices: Vec::new(),
         cameras: Vec::new(),
         motions: Vec::new(),
+        files: Vec::new(),
     })
 }
 

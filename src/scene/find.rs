@@ -47,6 +47,13 @@ pub(super) fn find(folders: &[PathBuf], name: &[u8]) -> Result<Found, String> {
     Err(why.unwrap_or_else(|| "is not beside the model".into()))
 }
 
+/// Returns where a file is looked for first, or `None` if it could not be opened there.
+pub(super) fn expected(folders: &[PathBuf], name: &[u8]) -> Option<PathBuf> {
+    let name: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
+    let name = PathBuf::from(spellings(&name).swap_remove(0));
+    is_below(&name).then(|| folders.first().map(|folder| folder.join(name))).flatten()
+}
+
 /// Returns the name of the only file of a folder that has this name in another case.
 fn in_another_case(folder: &Path, name: &OsStr) -> Option<PathBuf> {
     let wanted = name.to_str()?.to_lowercase();
@@ -54,6 +61,17 @@ fn in_another_case(folder: &Path, name: &OsStr) -> Option<PathBuf> {
     let mut names = names.filter(|name| name.to_str().is_some_and(|name| name.to_lowercase() == wanted));
     let found = names.next()?;
     names.next().is_none().then(|| found.into())
+}
+
+/// Returns whether a path leads into the folder in which it begins, if it meets no symbolic link.
+fn is_below(path: &Path) -> bool {
+    let plain = |part: Component| match part {
+        Component::CurDir => true,
+        // On Windows a colon belongs to a drive, C:, or to a stream of a file.
+        Component::Normal(part) => !cfg!(windows) || !part.as_encoded_bytes().contains(&b':'),
+        _ => false,
+    };
+    !path.as_os_str().is_empty() && path.components().all(plain)
 }
 
 /// Why a file is not opened.
@@ -65,13 +83,7 @@ pub(super) enum NotOpened {
 /// Finds the file `relative` in the first of `folders` that has it. Its symbolic links are followed, and what they lead
 /// to must lie in one of the folders, too.
 pub(super) fn inside(folders: &[PathBuf], relative: &Path) -> Result<Found, NotOpened> {
-    let plain = |part: Component| match part {
-        Component::CurDir => true,
-        // On Windows a colon belongs to a drive, C:, or to a stream of a file.
-        Component::Normal(part) => !cfg!(windows) || !part.as_encoded_bytes().contains(&b':'),
-        _ => false,
-    };
-    if relative.as_os_str().is_empty() || !relative.components().all(plain) {
+    if !is_below(relative) {
         return Err(NotOpened::Missing);
     }
     let mut found = Err(NotOpened::Missing);

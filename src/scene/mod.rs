@@ -39,8 +39,9 @@ pub(crate) use texture::{Map, Skin, Texture, Wrap};
 pub use view::{Lens, NOTHING_IN_VIEW, View};
 
 use crate::Error;
+use source::Contents;
 use std::io::BufRead;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The name of the built-in Cornell box, the default scene.
 pub const CORNELL_BOX: &str = "cornell-box";
@@ -62,6 +63,9 @@ pub struct Scene {
     pub cameras: Vec<(String, View)>,
     /// How the cameras move that a glTF file animates, with their names.
     pub motions: Vec<(String, CameraMotion)>,
+    /// The files from which the scene was read: the model first, then its materials, textures and buffers. One that the
+    /// model names and that is not there is listed too, where it was looked for first. Empty for a built-in scene.
+    pub files: Vec<PathBuf>,
     /// The scene's own AO radius R in scene units. It is `None` for a scene from a file.
     pub radius: Option<f64>,
     /// What was left out of the model's files because it could not be read, in words: material files, colours, normals.
@@ -133,9 +137,10 @@ impl Scene {
         open::read_from(model, path, None).map(|contents| Scene::of(path, contents))
     }
 
-    fn of(path: &Path, contents: open::Contents) -> Scene {
-        let open::Contents { mesh, cameras, motions, notices } = contents;
+    fn of(path: &Path, contents: Contents) -> Scene {
+        let Contents { mesh, cameras, motions, files, notices } = contents;
+        let files = [path.to_path_buf()].into_iter().chain(files).collect();
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Scene { name, mesh, view: View::default(), cameras, motions, radius: None, notices }
+        Scene { name, mesh, view: View::default(), cameras, motions, files, radius: None, notices }
     }
 }

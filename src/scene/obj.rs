@@ -10,7 +10,7 @@
 //!
 //! Weights that follow a position, and curved surfaces are ignored.
 
-use super::find::{Found as FoundFile, spellings};
+use super::find::{Found as FoundFile, expected, spellings};
 use super::foreign;
 use super::guard::{Found, Guard, Use};
 use super::mesh::{Group, Mesh};
@@ -90,11 +90,12 @@ impl Mesh {
             return Err(Error::input(path, "is a folder; name an OBJ file"));
         }
         let file = File::open(path).map_err(|e| cannot_read(path, &e))?;
-        Mesh::from_obj(BufReader::new(file), path)
+        let (mesh, notices, _) = Mesh::from_obj(BufReader::new(file), path)?;
+        Ok((mesh, notices))
     }
 
-    /// Reads an OBJ file that has been opened, as [`Mesh::load_obj`] does.
-    pub(super) fn from_obj(file: impl BufRead, path: &Path) -> Result<(Mesh, Vec<String>), Error> {
+    /// Reads an OBJ file that has been opened, as [`Mesh::load_obj`] does. Also returns the files that it names.
+    pub(super) fn from_obj(file: impl BufRead, path: &Path) -> Result<(Mesh, Vec<String>, Vec<PathBuf>), Error> {
         // The model's folders: the one in its path, and the one in which the file lies if the path is a symbolic link.
         let folders = [Some(path.to_path_buf()), path.canonicalize().ok()].into_iter().flatten().map(|path| match path
             .parent()
@@ -104,8 +105,12 @@ impl Mesh {
         });
         let folders: Vec<PathBuf> = folders.collect();
         let mut seen = HashSet::new();
-        read(file, path, Textures::new(folders.clone()), |name| {
+        let (mut textures, mut named) = (Textures::new(folders.clone()), Vec::new());
+        let (mesh, notices) = read(file, path, &mut textures, |name| {
             let mut files = mtl::libraries(&folders, name);
+            for file in &files {
+                named.extend(file.as_ref().map_or_else(|_| expected(&folders, name), |file| Some(file.real.clone())));
+            }
             files.retain(|file| file.as_ref().map_or(true, |file| seen.insert(file.real.clone())));
             let open = |file: Result<FoundFile, String>| {
                 let file = file?;
@@ -113,7 +118,8 @@ impl Mesh {
                 Ok((file.shown, BufReader::new(opened)))
             };
             files.into_iter().map(open).collect()
-        })
+        })?;
+        Ok((mesh, notices, named.into_iter().chain(textures.into_files()).collect()))
     }
 
     /// Reads a model from memory or from a stream, as [`Mesh::load_obj`] reads a file. Messages call it `name`. After
@@ -128,7 +134,7 @@ impl Mesh {
         name: &Path,
         mut open: impl FnMut(&OsStr) -> io::Result<M>,
     ) -> Result<(Mesh, Vec<String>), Error> {
-        read(obj, name, Textures::new(Vec::new()), |library| {
+        read(obj, name, &mut Textures::new(Vec::new()), |library| {
             let file = &spellings(library)[0];
             vec![match open(file) {
                 Ok(opened) => Ok((name.with_file_name(file), opened)),
@@ -143,7 +149,7 @@ impl Mesh {
 fn read<M: BufRead>(
     obj: impl BufRead,
     path: &Path,
-    mut textures: Textures,
+    textures: &mut Textures,
     open: impl FnMut(&[u8]) -> Vec<Result<(PathBuf, M), String>>,
 ) -> Result<(Mesh, Vec<String>), Error> {
     let (head, obj) = foreign::head(obj).map_err(|e| cannot_read(path, &e))?;
@@ -153,7 +159,7 @@ fn read<M: BufRead>(
     }
     let mut model = Model::of(obj, path, &head).map_err(|e| foreign::likely(&head).map_or(e, other))?;
     let mut notices = std::mem::take(&mut model.found.notices);
-    let looks = model.looks(path, open, &mut textures, &mut notices);
+    let looks = model.looks(path, open, textures, &mut notices);
     if looks.skins.len() > 1 {
         notices.extend(std::mem::take(&mut model.found.texture_notices));
         model.tell_bare(&looks, path, &mut notices);

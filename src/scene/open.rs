@@ -2,8 +2,8 @@
 
 use super::foreign::{self, Model};
 use super::notices::Notices;
-use super::source::Source;
-use super::{CameraMotion, Mesh, View, gltf, ply, stl};
+use super::source::{Contents, Source};
+use super::{Mesh, gltf, ply, stl};
 use crate::Error;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -11,14 +11,6 @@ use std::path::Path;
 
 /// How many bytes are read from the file at once.
 const BLOCK: usize = 1 << 16;
-
-/// What a file holds.
-pub(super) struct Contents {
-    pub(super) mesh: Mesh,
-    pub(super) cameras: Vec<(String, View)>,
-    pub(super) motions: Vec<(String, CameraMotion)>,
-    pub(super) notices: Vec<String>,
-}
 
 /// Reads a model. `progress` is called with the number of bytes that have been read, and with how many there are, or 0
 /// if that is not known.
@@ -37,18 +29,18 @@ pub(super) fn read_from(bytes: impl BufRead, path: &Path, length: Option<u64>) -
     let (head, bytes) = foreign::head(bytes).map_err(|e| cannot_read(path, &e))?;
     let source = Source { bytes, path, length };
     let mut notices = Notices::default();
-    let (mesh, cameras, motions) = match foreign::model(&head, length) {
+    let contents = match foreign::model(&head, length) {
         Model::Obj => {
-            let (mesh, notices) = Mesh::from_obj(source.bytes, path)?;
-            return Ok(Contents { mesh, cameras: Vec::new(), motions: Vec::new(), notices });
+            let (mesh, notices, files) = Mesh::from_obj(source.bytes, path)?;
+            return Ok(Contents { files, notices, ..Contents::of(mesh) });
         }
-        Model::Ply => (ply::read(source, &mut notices)?, Vec::new(), Vec::new()),
-        Model::BinaryStl => (stl::read_binary(source, &mut notices)?, Vec::new(), Vec::new()),
-        Model::TextStl => (stl::read_text(source, &mut notices)?, Vec::new(), Vec::new()),
+        Model::Ply => Contents::of(ply::read(source, &mut notices)?),
+        Model::BinaryStl => Contents::of(stl::read_binary(source, &mut notices)?),
+        Model::TextStl => Contents::of(stl::read_text(source, &mut notices)?),
         Model::Glb => gltf::read_binary(source, &mut notices)?,
         Model::Gltf => gltf::read_text(source, &mut notices)?,
     };
-    Ok(Contents { mesh, cameras, motions, notices: notices.lines() })
+    Ok(Contents { notices: notices.lines(), ..contents })
 }
 
 fn cannot_read(path: &Path, error: &io::Error) -> Error {

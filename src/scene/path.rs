@@ -165,7 +165,7 @@ fn ends([start, end]: [f64; 2], fps: f64) -> [f64; 2] {
 /// is no such frame, or one after frame 10,000,000.
 pub(super) fn frames_between(times: [f64; 2], fps: f64) -> Option<RangeInclusive<u32>> {
     let [start, end] = ends(times, fps);
-    (start >= 0.0 && start <= end && end <= MOST_FRAMES).then(|| start as u32..=end as u32)
+    (start >= 0.0 && start <= end && end <= MOST_FRAMES).then_some(start as u32..=end as u32)
 }
 
 fn view(eye: DVec3, target: DVec3, up: Option<DVec3>, fov_y: Option<f64>) -> View {

@@ -1,10 +1,11 @@
 //! Reads the statements `map_Kd` and `map_d` of materials, and opens the textures that they name.
 
-use super::find::find;
+use super::find::{expected, find};
 use super::notices::{Kind, Notices};
 use super::statement::{Statement, number, quoted};
 use super::texture::{self, Map, Pictures, Placed, Reading, Skin, Texture, Wrap};
 use glam::DVec2;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -90,11 +91,18 @@ pub(super) struct Textures {
     /// The model's folders. Textures elsewhere are not opened. Without any, none is.
     folders: Vec<PathBuf>,
     pictures: Pictures,
+    /// The files of textures, and where those were expected that are not there.
+    files: BTreeSet<PathBuf>,
 }
 
 impl Textures {
     pub(super) fn new(folders: Vec<PathBuf>) -> Textures {
-        Textures { folders, pictures: Pictures::default() }
+        Textures { folders, pictures: Pictures::default(), files: BTreeSet::new() }
+    }
+
+    /// Returns the files of the textures, and where those were looked for first that are not there.
+    pub(super) fn into_files(self) -> BTreeSet<PathBuf> {
+        self.files
     }
 
     /// Opens the textures of a material. What cannot be read is told to `notices`.
@@ -128,7 +136,9 @@ impl Textures {
             return Err("is not read, because the model is not read from a file".into());
         }
         let name: Vec<u8> = named.name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
-        let found = find(&folders, &name)?;
+        let found = find(&folders, &name);
+        self.files.extend(found.as_ref().map_or_else(|_| expected(&folders, &name), |found| Some(found.real.clone())));
+        let found = found?;
         let reading = named.reading;
         let shown = found.shown.display().to_string();
         self.pictures.texture(

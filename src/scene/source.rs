@@ -1,8 +1,26 @@
-//! The bytes of a model's file, for the readers of the formats.
+//! The bytes of a model's file, for the readers of the formats, and what they make of them.
 
+use super::{CameraMotion, Mesh, View};
 use crate::Error;
 use std::io::{self, BufRead};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// What a file holds.
+pub(super) struct Contents {
+    pub(super) mesh: Mesh,
+    pub(super) cameras: Vec<(String, View)>,
+    pub(super) motions: Vec<(String, CameraMotion)>,
+    /// The files that it names.
+    pub(super) files: Vec<PathBuf>,
+    pub(super) notices: Vec<String>,
+}
+
+impl Contents {
+    /// The contents of a file that holds no more than a mesh.
+    pub(super) fn of(mesh: Mesh) -> Contents {
+        Contents { mesh, cameras: Vec::new(), motions: Vec::new(), files: Vec::new(), notices: Vec::new() }
+    }
+}
 
 /// The file of a model, which may also be a pipe or a device.
 pub(super) struct Source<'a, R> {

@@ -226,12 +226,15 @@ impl Reading {
 /// The textures of a model that have been made from pictures. Each is made once.
 #[derive(Default)]
 pub(super) struct Pictures {
-    /// What each picture became, by its name and what was made of it. `None` if it cuts nothing.
-    made: HashMap<(String, String), Result<Option<Arc<Texture>>, String>>,
+    /// What each picture became, by its name and what was made of it.
+    made: HashMap<(String, String), Made>,
     texels: usize,
     /// The picture that was decoded last, since the alpha of a texture of colours is read after its colours.
     last: Option<(String, DynamicImage)>,
 }
+
+/// A texture, or none if it cuts nothing, or why it cannot be read.
+type Made = Result<Option<Arc<Texture>>, String>;
 
 impl Pictures {
     /// Returns the texture that `make` makes of a picture, which `decode` decodes. `name` stands for the picture, and
@@ -245,7 +248,7 @@ impl Pictures {
         how: String,
         decode: impl FnOnce() -> Result<DynamicImage, String>,
         make: impl FnOnce(&DynamicImage) -> Option<Texture>,
-    ) -> Result<Option<Arc<Texture>>, String> {
+    ) -> Made {
         let key = (name.to_string(), how);
         if let Some(made) = self.made.get(&key) {
             return made.clone();

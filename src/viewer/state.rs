@@ -20,7 +20,7 @@ use hbao::settings::{Radius, Settings};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 /// The longest time in seconds that an image may take while something moves. If the full image takes longer, a smaller
 /// one is shown meanwhile.
@@ -78,6 +78,8 @@ pub(super) struct Viewer {
     pub(super) sweep: Option<Sweep>,
     /// The files of the scene, which may change.
     pub(super) watch: Watch,
+    /// When the scene was asked for that is shown or will be next.
+    asked: SystemTime,
     pub(super) magnified: bool,
     pub(super) keys_shown: bool,
     /// What went wrong last.
@@ -134,11 +136,12 @@ impl Viewer {
     pub(super) fn new(start: Start) -> Result<Viewer, Error> {
         let Start { worker, name, scene, view, settings, backend, size, wanted, log, start } = start;
         let eye = Eye::new(&view, &scene.mesh, size)?;
+        let (scene, asked) = (Arc::new(scene), SystemTime::now());
         let show = picture::names().next().ok_or_else(|| Error::Usage("there is no image".into()))?;
         Ok(Viewer {
             worker,
             model_text: name.to_string_lossy().into_owned(),
-            scene: Arc::new(scene),
+            scene: scene.clone(),
             backend,
             first: eye.clone(),
             eye,
@@ -155,7 +158,8 @@ impl Viewer {
             costs: Costs::default(),
             sweep_shown: false,
             sweep: None,
-            watch: Watch::start(&name),
+            watch: Watch::start(&scene.files, asked),
+            asked,
             magnified: false,
             keys_shown: false,
             message: None,
@@ -275,6 +279,7 @@ impl Viewer {
     /// Opens another model. The scene on the screen stays until it is read.
     pub(super) fn open(&mut self, name: &Path) {
         self.said = format!("Opening {} ...", name.display());
+        self.asked = SystemTime::now();
         self.order(Order::Open(name.into()));
     }
 
@@ -288,6 +293,7 @@ impl Viewer {
 
     /// Reads the files of the scene again, which have changed. The scene on the screen stays until they are read.
     pub(super) fn open_again(&mut self) {
+        self.asked = SystemTime::now();
         self.order(Order::OpenAgain(self.name.clone()));
     }
 
@@ -335,6 +341,7 @@ impl Viewer {
             Some(notice) => notice.clone(),
             None => format!("{} has changed, and was read again.", title(&name)),
         };
+        self.watch.of(&scene.files, self.asked);
         (self.scene, self.message) = (Arc::new(scene), None);
         Ok(())
     }
@@ -366,7 +373,7 @@ impl Viewer {
         (self.first, self.eye) = (eye.clone(), eye);
         (self.name, self.scene, self.message) = (name, Arc::new(scene), None);
         self.model_text = self.name.to_string_lossy().into_owned();
-        self.watch.of(&self.name);
+        self.watch.of(&self.scene.files, self.asked);
         Ok(())
     }
 

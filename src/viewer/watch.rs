@@ -1,10 +1,7 @@
-//! Notices that a model's file, or a material file that it names, has changed.
+//! Notices that a file of the scene has changed: the model, or a file that it names.
 
 use eframe::egui;
-use std::ffi::{OsStr, OsString};
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
@@ -18,22 +15,25 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// A thread that looks at the files, and sleeps in between. It ends when this is dropped.
 pub(super) struct Watch {
     /// `None` once the thread has been told to end, or if it could not be started.
-    names: Option<Sender<OsString>>,
+    scenes: Option<Sender<Files>>,
     has_changed: Arc<AtomicBool>,
     /// The window that is woken by a change, once there is one.
     window: Arc<OnceLock<egui::Context>>,
     thread: Option<JoinHandle<()>>,
 }
 
+/// The files of a scene, the model first, and the time before which they were not read.
+type Files = (Vec<PathBuf>, SystemTime);
+
 impl Watch {
-    /// Watches the files of a scene, given by its name or path. A built-in scene has none.
-    pub(super) fn start(name: &OsStr) -> Watch {
-        let (names, named) = channel();
+    /// Watches files that were read after this time. A change after it is noticed even if it came before this call.
+    pub(super) fn start(files: &[PathBuf], since: SystemTime) -> Watch {
+        let (scenes, shown) = channel();
         let has_changed = Arc::new(AtomicBool::new(false));
         let window = Arc::new(OnceLock::<egui::Context>::new());
-        let (changed, wakes, first) = (has_changed.clone(), window.clone(), name.to_owned());
+        let (changed, wakes, first) = (has_changed.clone(), window.clone(), (files.to_vec(), since));
         let look = move || {
-            look(&named, first, || {
+            look(&shown, first, || {
                 changed.store(true, Ordering::Relaxed);
                 if let Some(window) = wakes.get() {
                     window.request_repaint();
@@ -42,7 +42,7 @@ impl Watch {
         };
         // Without the thread, a change is not noticed, and everything else works.
         let thread = std::thread::Builder::new().name("watch".into()).spawn(look).ok();
-        Watch { names: Some(names), has_changed, window, thread }
+        Watch { scenes: Some(scenes), has_changed, window, thread }
     }
 
     /// Lets a change wake this window.
@@ -50,10 +50,10 @@ impl Watch {
         let _ = self.window.set(window.clone());
     }
 
-    /// Watches the files of another scene instead.
-    pub(super) fn of(&self, name: &OsStr) {
-        if let Some(names) = &self.names {
-            let _ = names.send(name.to_owned());
+    /// Watches other files instead, as [`Watch::start`] does.
+    pub(super) fn of(&self, files: &[PathBuf], since: SystemTime) {
+        if let Some(scenes) = &self.scenes {
+            let _ = scenes.send((files.to_vec(), since));
         }
         self.has_changed.store(false, Ordering::Relaxed);
     }
@@ -66,7 +66,7 @@ impl Watch {
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        self.names = None;
+        self.scenes = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -84,16 +84,20 @@ fn stamps(files: &[PathBuf]) -> Vec<Stamp> {
     files.iter().map(stamp).collect()
 }
 
-/// Looks at the files of the scene that was named last, until nobody can name another.
-fn look(named: &Receiver<OsString>, mut name: OsString, changed: impl Fn()) {
-    let mut files = files_of(Path::new(&name));
-    let (mut known, mut seen) = (stamps(&files), None);
+/// Looks at the files of the scene that was shown last, until nobody can show another.
+fn look(shown: &Receiver<Files>, first: Files, changed: impl Fn()) {
+    let as_read = |files: &[PathBuf], since: SystemTime| {
+        // What was written since may not be what was read.
+        let read = |stamp: Stamp| stamp.filter(|(modified, _)| *modified < since);
+        stamps(files).into_iter().map(read).collect::<Vec<_>>()
+    };
+    let mut files = first.0;
+    let (mut known, mut seen) = (as_read(&files, first.1), None);
     loop {
-        match named.recv_timeout(PERIOD) {
-            Ok(other) => {
-                name = other;
-                files = files_of(Path::new(&name));
-                (known, seen) = (stamps(&files), None);
+        match shown.recv_timeout(PERIOD) {
+            Ok((others, since)) => {
+                files = others;
+                (known, seen) = (as_read(&files, since), None);
             }
             Err(RecvTimeoutError::Disconnected) => return,
             Err(RecvTimeoutError::Timeout) => {
@@ -103,9 +107,7 @@ fn look(named: &Receiver<OsString>, mut name: OsString, changed: impl Fn()) {
                 if now == known || !is_there {
                     seen = None;
                 } else if seen.as_ref() == Some(&now) {
-                    // It may name other materials now.
-                    files = files_of(Path::new(&name));
-                    (known, seen) = (stamps(&files), None);
+                    (known, seen) = (now, None);
                     changed();
                 } else {
                     seen = Some(now);
@@ -115,66 +117,48 @@ fn look(named: &Receiver<OsString>, mut name: OsString, changed: impl Fn()) {
     }
 }
 
-/// Returns a model's file, and the files that it may name as its materials. Some of these may not exist. A file that
-/// is no model, and a built-in scene, has none.
-fn files_of(path: &Path) -> Vec<PathBuf> {
-    // Opening a pipe would wait for its writer.
-    if !path.is_file() {
-        return Vec::new();
-    }
-    let Ok(file) = File::open(path) else { return Vec::new() };
-    let mut files = vec![path.to_path_buf()];
-    let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-    if !is_obj {
-        return files;
-    }
-    for line in BufReader::new(file).split(b'\n').map_while(Result::ok) {
-        let Some(names) = line.trim_ascii_start().strip_prefix(b"mtllib") else { continue };
-        // Exporters on Windows write backslashes. A statement names one file, or several.
-        let names = String::from_utf8_lossy(names.trim_ascii()).replace('\\', "/");
-        for name in [names.as_str()].into_iter().chain(names.split_whitespace()) {
-            let file = path.with_file_name(name);
-            if !files.contains(&file) {
-                files.push(file);
-            }
-        }
-    }
-    files
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
-    #[test]
-    fn a_model_and_its_materials_are_watched_and_a_built_in_scene_is_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.obj");
-        std::fs::write(&path, "v 0 0 0\nmtllib a.mtl\n  mtllib parts\\b c.mtl\nmtllib a.mtl\n").unwrap();
-        let expected = ["a.obj", "a.mtl", "parts/b c.mtl", "parts/b", "c.mtl"].map(|name| folder.path().join(name));
-        assert_eq!(files_of(&path), expected);
-        assert!(files_of(Path::new(hbao::scene::CORNELL_BOX)).is_empty());
-        assert!(files_of(folder.path()).is_empty());
+    fn waited(watch: &Watch, periods: u32) -> bool {
+        let changed = |_| {
+            std::thread::sleep(PERIOD / 5);
+            watch.has_changed()
+        };
+        (0..5 * periods).any(changed)
     }
 
     #[test]
-    fn a_change_is_noticed_once_and_the_new_material_file_is_watched() {
+    fn a_change_of_any_file_is_noticed_once() {
         let folder = tempfile::tempdir().unwrap();
-        let [model, material] = ["a.obj", "a.mtl"].map(|name| folder.path().join(name));
-        std::fs::write(&model, "v 0 0 0\n").unwrap();
-        let watch = Watch::start(model.as_os_str());
-        let waited = |periods: u32| {
-            let changed = |_| {
-                std::thread::sleep(PERIOD / 5);
-                watch.has_changed()
-            };
-            (0..5 * periods).any(changed)
-        };
-        assert!(!waited(3));
-        std::fs::write(&model, "v 0 0 0\nmtllib a.mtl\n").unwrap();
-        assert!(waited(60));
-        assert!(!waited(3));
-        std::fs::write(&material, "newmtl a\n").unwrap();
-        assert!(waited(60));
+        let files = ["a.obj", "a.mtl", "missing.png"].map(|name| folder.path().join(name));
+        files[..2].iter().for_each(|file| fs::write(file, "v 0 0 0\n").unwrap());
+        let watch = Watch::start(&files, SystemTime::now() + PERIOD);
+        assert!(!waited(&watch, 3));
+        fs::write(&files[1], "newmtl a\n").unwrap();
+        assert!(waited(&watch, 60));
+        assert!(!waited(&watch, 3));
+        // A texture that was missing is there now.
+        fs::write(&files[2], "a picture").unwrap();
+        assert!(waited(&watch, 60));
+    }
+
+    #[test]
+    fn a_change_while_the_files_were_read_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.obj");
+        let since = SystemTime::now();
+        std::thread::sleep(PERIOD / 5);
+        fs::write(&file, "v 0 0 0\n").unwrap();
+        let watch = Watch::start(&[file], since);
+        assert!(waited(&watch, 60));
+        assert!(!waited(&watch, 3));
+    }
+
+    #[test]
+    fn a_scene_without_files_does_not_change() {
+        assert!(!waited(&Watch::start(&[], SystemTime::now()), 2));
     }
 }

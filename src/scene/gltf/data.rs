@@ -3,11 +3,12 @@
 
 use super::json::{Accessor, BufferView, Components, Image, Root};
 use crate::Error;
+use crate::scene::find::expected;
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use glam::{DVec2, DVec3, DVec4};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::Read as _;
 use std::ops::Range;
@@ -41,6 +42,8 @@ pub(super) struct Data<'a> {
     buffers: HashMap<u32, Rc<Vec<u8>>>,
     /// The files of buffers, which several buffers may share.
     files: HashMap<PathBuf, Rc<Vec<u8>>>,
+    /// The files that URIs name, and where those were expected that are not there.
+    named: BTreeSet<PathBuf>,
 }
 
 /// Elements in a buffer: the bytes from the first one on, and the distance from one to the next.
@@ -60,7 +63,12 @@ impl Elements {
 impl<'a> Data<'a> {
     pub(super) fn new(root: &'a Root, path: &'a Path, binary: Option<Vec<u8>>) -> Data<'a> {
         let binary = binary.map(Rc::new);
-        Data { root, path, binary, buffers: HashMap::new(), files: HashMap::new() }
+        Data { root, path, binary, buffers: HashMap::new(), files: HashMap::new(), named: BTreeSet::new() }
+    }
+
+    /// Returns the files that URIs name, and where those were looked for that are not there.
+    pub(super) fn into_files(self) -> BTreeSet<PathBuf> {
+        self.named
     }
 
     /// Returns an accessor.
@@ -254,10 +262,13 @@ impl<'a> Data<'a> {
     }
 
     /// Finds the file beside the model that a URI names.
-    fn file(&self, uri: &str) -> Result<PathBuf, String> {
+    fn file(&mut self, uri: &str) -> Result<PathBuf, String> {
         let name = Error::shown(uri);
-        beside(self.path, uri)
-            .ok_or_else(|| format!("its file \"{name}\" is not beside the model; files elsewhere are not opened"))
+        let found = beside(self.path, uri);
+        let folder = self.path.parent().map(Path::to_path_buf);
+        let expected = || expected(folder.as_slice(), decoded(uri)?.as_bytes());
+        self.named.extend(found.clone().or_else(expected));
+        found.ok_or_else(|| format!("its file \"{name}\" is not beside the model; files elsewhere are not opened"))
     }
 
     /// Reads what a URI stands for: the data in it, or a file beside the model.
