@@ -152,8 +152,8 @@ impl Tile {
     }
 }
 
-/// Makes the pipeline that renders the depth of tiles before their ambient occlusion, of any size, unless `request` asks
-/// for no ambient occlusion.
+/// Makes the pipeline that renders the depth of tiles before their ambient occlusion. Its size does not matter. There
+/// is none if `request` asks for no ambient occlusion.
 pub(crate) fn depths(
     gl: &Arc<glow::Context>,
     settings: &Settings,

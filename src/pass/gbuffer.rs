@@ -75,8 +75,8 @@ impl GBuffer {
         Ok(GBuffer { gl: gl.clone(), program, variant })
     }
 
-    /// Transforms the triangles to eye space and uploads them, and those textures that are not among `textures` yet. The
-    /// transformation is in float64, so that a scene far from the origin loses no precision.
+    /// Transforms the triangles to eye space and uploads them, and those textures that are not among `textures` yet.
+    /// The transformation is in float64, so that a scene far from the origin loses no precision.
     pub(crate) fn upload(&self, mesh: &Mesh, camera: &Camera, textures: &mut Textures) -> Result<Triangles, Error> {
         // OpenGL takes counts of indices and offsets in bytes as 32-bit signed integers. A triangle has 12 bytes.
         if i32::try_from(12 * mesh.triangles.len() as u64).is_err() {

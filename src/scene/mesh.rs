@@ -11,7 +11,8 @@ use std::ops::Range;
 pub(super) const FARTHEST: f64 = 1e15;
 
 /// A triangle mesh in world space, in scene units and float64. [`Mesh::new`] ensures that it has at least one triangle,
-/// that its positions are finite, and that its indices are in range.
+/// that its positions are finite, and that its indices are in range; who changes its fields must keep that, and the
+/// groups' promise. [`Mesh::with_groups`] checks new groups.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// The positions of the vertices, each coordinate at most 1e15 in magnitude.
@@ -136,16 +137,17 @@ impl Mesh {
     /// Returns whether a texture cuts the surface away at a point of a triangle, or of its plane.
     pub(crate) fn is_cut(&self, triangle: usize, barycentric: DVec3) -> bool {
         !self.skins.is_empty()
-            && self.skins[self.group_of(triangle)]
-                .cut
-                .as_ref()
+            && self
+                .skins
+                .get(self.group_of(triangle))
+                .and_then(|skin| skin.cut.as_ref())
                 .is_some_and(|map| map.cuts(self.coordinate(triangle, barycentric)))
     }
 
     /// Returns the colour of the material at a point of a triangle, or of its plane.
     pub(crate) fn diffuse(&self, triangle: usize, barycentric: DVec3) -> [f32; 3] {
         let group = self.group_of(triangle);
-        let mut colour = self.groups[group].colour;
+        let mut colour = self.groups.get(group).map_or([1.0; 3], |group| group.colour);
         let mut times = |by: [f32; 3]| (0..3).for_each(|channel| colour[channel] *= by[channel]);
         if !self.colours.is_empty() {
             let [a, b, c] =

@@ -16,6 +16,8 @@ pub(super) enum Kind {
     End,
     /// The colours of an STL file.
     Tints,
+    /// The texture of a PLY file.
+    PlyTexture,
     /// The texture of a glTF file.
     Picture,
     /// Alpha of a glTF file's vertices.
@@ -54,7 +56,8 @@ pub(super) enum Kind {
     Coordinate,
     /// A corner whose index of a texture coordinate is wrong.
     CoordinateIndex,
-    /// A triangle of an OBJ file, or a primitive of a glTF file, without texture coordinates whose material has a texture.
+    /// A triangle of an OBJ file, or a primitive of a glTF file, without texture coordinates whose material has a
+    /// texture.
     Bare,
     /// A material that a `usemtl` statement names and no material file defines.
     Material,
@@ -82,6 +85,7 @@ impl Kind {
             Kind::Primitive => ("primitives", "it is left out"),
             Kind::End => ("ends", "it may have been cut short"),
             Kind::Tints => ("colours", "the surface is white"),
+            Kind::PlyTexture => ("textures", "the surface has the colours of its vertices, or is white"),
             Kind::Picture => ("textures", "its material has the colour of baseColorFactor"),
             Kind::VertexAlpha => ("primitives", "it is taken as 1"),
             Kind::Instances => ("nodes", "its mesh is drawn once"),

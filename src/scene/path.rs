@@ -161,8 +161,8 @@ fn ends([start, end]: [f64; 2], fps: f64) -> [f64; 2] {
     [(start * fps - BESIDE).ceil(), (end * fps + BESIDE).floor()]
 }
 
-/// Returns the numbers of the frames between two times in seconds, if frame i stands at the time i / fps. `None` if there
-/// is no such frame, or one after frame 10,000,000.
+/// Returns the numbers of the frames between two times in seconds, if frame i stands at the time i / fps. `None` if
+/// there is no such frame, or one after frame 10,000,000.
 pub(super) fn frames_between(times: [f64; 2], fps: f64) -> Option<RangeInclusive<u32>> {
     let [start, end] = ends(times, fps);
     (start >= 0.0 && start <= end && end <= MOST_FRAMES).then_some(start as u32..=end as u32)

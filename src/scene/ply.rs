@@ -12,6 +12,7 @@ use super::notices::{Kind, Notices};
 use super::parts::{MOST, Parts, SkinNumber, check};
 use super::polygon::{MOST_CORNERS, Triangulator};
 use super::source::Source;
+use super::statement::on_line;
 use crate::Error;
 use body::Body;
 use glam::DVec3;
@@ -35,6 +36,10 @@ pub(super) fn read(mut source: Source<impl BufRead>, notices: &mut Notices) -> R
     }
     let path = source.path;
     let refuse = |what: String| Error::input(path, what);
+    if let Some(line) = header.texture {
+        let what = on_line(line, "the texture of a PLY file is not read");
+        notices.add(Kind::PlyTexture, || refuse(what).to_string());
+    }
     let mut reader = Reader {
         // How many records the file can hold is known, or they are not believed.
         believed: source.length.is_some(),

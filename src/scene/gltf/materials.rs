@@ -167,8 +167,8 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// Converts a linear colour as glTF has it to one that is shown as it is, as `Kd` is: by the curve of sRGB. Textures are
-/// in sRGB already. The two are multiplied as they are shown, which differs a little from the product of the linear
+/// Converts a linear colour as glTF has it to one that is shown as it is, as `Kd` is: by the curve of sRGB. Textures
+/// are in sRGB already. The two are multiplied as they are shown, which differs a little from the product of the linear
 /// colours.
 pub(super) fn encoded(linear: f64) -> f32 {
     let x = if linear >= 0.0 { linear.min(1.0) } else { 0.0 }; // NaN is 0

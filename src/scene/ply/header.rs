@@ -49,6 +49,8 @@ pub(super) struct Header {
     pub(super) lines: Lines,
     /// The number of its bytes.
     bytes: u64,
+    /// The line of a comment that names the file of a texture, as MeshLab writes it.
+    pub(super) texture: Option<u64>,
 }
 
 /// Splits a file into lines.
@@ -137,7 +139,7 @@ impl Header {
         let start = input.fill_buf().map_err(|e| format!("cannot be read: {e}"))?;
         let end = if start.get(3) == Some(&b'\r') && start.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
         let lines = Lines { end, line: Vec::new(), count: 0 };
-        let mut header = Header { order: Order::Text, elements: Vec::new(), lines, bytes: 0 };
+        let mut header = Header { order: Order::Text, elements: Vec::new(), lines, bytes: 0, texture: None };
         let mut format = false;
         loop {
             let read = header.lines.next(input)?;
@@ -159,6 +161,7 @@ impl Header {
         let shown = |word: &str| format!("\"{}\"", Error::shown(word));
         let number = |word: &str| Number::of(word).ok_or_else(|| format!("{} is no type of PLY", shown(word)));
         match *words {
+            ["comment", "TextureFile", ..] => self.texture = Some(self.lines.count),
             ["ply"] | [] | ["comment" | "obj_info", ..] => {}
             ["format", name, version] => {
                 *format = true;

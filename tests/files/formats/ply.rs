@@ -53,6 +53,7 @@ fn every_kind_of_ply_file_has_its_verdict() {
         ("other elements", text(&format!("element camera 2\nproperty float a\n{FACES}element edge 1\nproperty int v\n"), "1\nnan\n3 0 1 2\n7\n"), Triangles(1)),
         ("no records of an element without properties, however many", zero, Triangles(1)),
         ("a face of two corners", text("element face 2\nproperty list uchar int vertex_indices\n", "2 0 1\n3 0 1 2\n"), Noticed(1, &["line 14: a face needs 3 corners"])),
+        ("a texture", text(&format!("comment TextureFile scan.png\n{FACES}"), "3 0 1 2\n"), Noticed(1, &["line 7: the texture of a PLY file is not read; the surface has the"])),
         ("list counts of float", text("element face 1\nproperty list float double vertex_indices\n", "3 0 1 2\n"), Triangles(1)),
         // Hostile files.
         ("points alone", text("", ""), Refused(&["holds points and no faces", "MeshLab"])),
