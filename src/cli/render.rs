@@ -132,9 +132,10 @@ impl Wanted {
 
     /// Refuses what cannot be written in tiles.
     fn check_poster(&self, reason: &str) -> Result<(), Error> {
+        let as_exr = if self.shown == "depth" { ", as EXR" } else { "" };
         let refuse = |what: &str| {
             Err(Error::Usage(format!(
-                "{reason}, so the image is rendered in tiles, and {what}: render its parts by --tile instead"
+                "{reason}, so the image is rendered in tiles, and {what}: render its parts by --tile instead{as_exr}"
             )))
         };
         if self.format == FileFormat::Exr {
@@ -174,6 +175,10 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     let flags = Flags::read(matches)?;
     let wanted = Wanted::read(matches)?;
     let tile = Tile::read(matches, flags.size)?;
+    if tile.is_some() && wanted.shown == "depth" && wanted.format == FileFormat::Png {
+        let what = "--tile with --show depth writes EXR only: the greys of a PNG of depth depend on the whole image";
+        return Err(Error::Usage(what.into()));
+    }
     let folder = || wanted.dump.as_deref().map(MadeFolder::ensure).transpose();
     {
         // The folder is removed again at once, so that an interrupt while rendering leaves no empty folder.

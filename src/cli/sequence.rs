@@ -40,7 +40,7 @@ A path is JSON, {\"fps\": 24, \"interpolation\": \"catmull-rom\", \"keys\": [{\"
 \"up\": [0,1,0], \"fov_y\": 50}, ...]} with times in seconds and angles in degrees (fps, interpolation, up and fov_y may be
 left out), or CSV with the header time,eye_x,eye_y,eye_z,target_x,target_y,target_z[,up_x,up_y,up_z][,fov_y]. Frame i
 stands at the time i / fps, and i is the number in its file's name. Without a path and without --turntable, --camera
-names a camera of a glTF file that an animation moves.
+names a camera of a glTF file that an animation moves, of which the flags may change the lens and the planes alone.
 
 A frame that exists is not rendered again if its metadata say that it shows the same: the settings, the camera, the
 contents of the scene, the driver. So a run that was interrupted goes on when the same command is given again, and after
@@ -99,9 +99,13 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let apply: Apply = flags::word("apply", flags::text(matches, "apply").unwrap_or("all"), &APPLY)?;
     let rays = flags::text(matches, "truth-rays").map(|_| flags::read_truth_rays(matches)).transpose()?;
     let contexts = read_contexts(matches)?;
-    let opened = Motion::is_of_camera(matches).then(|| flags.open_scene()).transpose()?;
+    let opened = Motion::is_of_camera(matches)?.then(|| flags.open_scene()).transpose()?;
     let motion = match &opened {
-        Some((scene, _)) => Motion::of_camera(matches, scene)?,
+        Some((scene, _)) => {
+            // A notice may tell why the camera stands still.
+            scene.notices.iter().for_each(|notice| say(notice));
+            Motion::of_camera(matches, scene)?
+        }
         None => Motion::read(matches)?,
     };
     if motion.has_lens() && flags.view.lens.is_some() {
@@ -123,8 +127,9 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
     let mut log = matches.get_one::<PathBuf>("log").map(|path| open_log(path)).transpose()?;
     let traced = log.as_mut().map(Log::traced).transpose()?.unwrap_or_default();
 
+    let told = opened.is_some();
     let (scene, settings) = opened.map_or_else(|| flags.open_scene(), Ok)?;
-    flags.notices.iter().chain(&scene.notices).for_each(|notice| say(notice));
+    flags.notices.iter().chain(scene.notices.iter().filter(|_| !told)).for_each(|notice| say(notice));
     let request = picture::request([show], apply);
     if rays.is_some() && request.gbuffer_only {
         say("--truth-rays has no effect: this image holds no ambient occlusion");

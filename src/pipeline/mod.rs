@@ -16,7 +16,7 @@ use crate::projection::{Hand, Projection};
 use crate::scene::{Camera, Mesh};
 use crate::settings::{DepthFormat, Settings};
 use glow::HasContext;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use targets::Targets;
 
 /// The images that a pipeline makes and keeps besides ambient occlusion itself.
@@ -60,8 +60,9 @@ pub struct Pipeline {
     targets: Arc<Targets>,
     /// The G-buffer pass, compiled for the kind of camera that was rendered last.
     gbuffer: Option<GBuffer>,
-    /// The textures of the mesh that was rendered last.
-    textures: Textures,
+    /// The textures of the mesh that was rendered last. Pipelines beside this one share them, as they share the
+    /// targets.
+    textures: Arc<Mutex<Textures>>,
     ao: Option<AmbientOcclusion>,
     composite: Option<FinalImage>,
     full_screen: FullScreen,
@@ -100,7 +101,8 @@ impl Pipeline {
         gl::check_size(gl, size.0, size.1)?;
         let mut notices = Vec::new();
         let targets = Targets::new(gl, size, settings, request.needs_colour(), &mut notices)?;
-        Pipeline::with(gl, size, settings, request, Arc::new(targets), notices)
+        let textures = Arc::new(Mutex::new(Textures::new(gl)));
+        Pipeline::with(gl, size, settings, request, (Arc::new(targets), textures), notices)
     }
 
     /// Makes another pipeline that draws into the G-buffer of this one. Its settings must have the same formats of
@@ -108,7 +110,8 @@ impl Pipeline {
     /// does. Measurements run many pipelines in turns, and memory could not hold a G-buffer for each of them.
     pub(crate) fn beside(&self, settings: &Settings, request: Request) -> Result<Pipeline, Error> {
         settings.validate()?;
-        Pipeline::with(&self.gl, self.size, settings, request, self.targets.clone(), self.notices.clone())
+        let shared = (self.targets.clone(), self.textures.clone());
+        Pipeline::with(&self.gl, self.size, settings, request, shared, self.notices.clone())
     }
 
     fn with(
@@ -116,7 +119,7 @@ impl Pipeline {
         size: (u32, u32),
         settings: &Settings,
         request: Request,
-        targets: Arc<Targets>,
+        (targets, textures): (Arc<Targets>, Arc<Mutex<Textures>>),
         notices: Vec<String>,
     ) -> Result<Pipeline, Error> {
         let purpose = match request {
@@ -143,7 +146,7 @@ impl Pipeline {
             size,
             targets,
             gbuffer: None,
-            textures: Textures::new(gl),
+            textures,
             ao,
             composite,
             full_screen: FullScreen::new(gl)?,
@@ -230,7 +233,7 @@ impl Pipeline {
             _ => GBuffer::new(&self.gl, variant)?,
         };
         let pass = self.gbuffer.insert(pass);
-        let triangles = pass.upload(mesh, camera, &mut self.textures)?;
+        let triangles = pass.upload(mesh, camera, &mut self.textures.lock().unwrap_or_else(PoisonError::into_inner))?;
         self.triangle_bytes = triangles.bytes;
         self.timers.pass("gbuffer", || {
             targets.drawn().bind();
@@ -309,10 +312,8 @@ impl Pipeline {
     #[must_use]
     pub fn texture_bytes(&self) -> u64 {
         let image = self.composite.as_ref().map_or(0, |composite| composite.image.bytes());
-        self.targets.bytes()
-            + self.ao.as_ref().map_or(0, AmbientOcclusion::texture_bytes)
-            + image
-            + self.textures.bytes()
+        let textures = self.textures.lock().unwrap_or_else(PoisonError::into_inner).bytes();
+        self.targets.bytes() + self.ao.as_ref().map_or(0, AmbientOcclusion::texture_bytes) + image + textures
     }
 
     /// Returns the bytes of the triangles that the last [`Pipeline::render`] uploaded: positions, indices, and those of

@@ -27,6 +27,16 @@ pub(super) fn spellings(name: &[u8]) -> Vec<OsString> {
     bytes.into_iter().chain([latin1.into()]).collect()
 }
 
+/// Returns the folders of a model: the one in its path, and the one in which the file lies if the path is a symbolic
+/// link.
+pub(super) fn folders_of(model: &Path) -> Vec<PathBuf> {
+    let folder = |path: PathBuf| match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    [Some(model.to_path_buf()), model.canonicalize().ok()].into_iter().flatten().map(folder).collect()
+}
+
 /// Finds one file, whose name has slashes: under the name as it is written, then under the name's last part beside
 /// the model, and then under that part in another case if only one file has it so. Otherwise says why it is not opened,
 /// in words that follow its name.

@@ -85,7 +85,7 @@ fn read<R>(
             return Err(format!("node {number} stands twice in the tree of nodes"));
         }
         let to_world = parent * local(node).ok_or_else(|| format!("node {number} has a matrix that is not affine"))?;
-        layout.node(number, node, to_world).map_err(|what| format!("node {number}: {what}"))?;
+        layout.node(number, node, to_world).map_err(|what| format!("{}: {what}", called(root, number)))?;
         for &child in node.children.iter().rev() {
             if let Some(parent) = parents.get_mut(child as usize) {
                 *parent = Some(number);
@@ -111,19 +111,24 @@ fn read<R>(
         let nodes = std::iter::successors(Some(node), |&node| parents[node as usize]);
         let why = match animations.of_camera(nodes, &view, &mut data) {
             Ok(None) => None,
-            Ok(Some((motion, more))) => {
+            Ok(Some((motion, ambiguous))) => {
                 motions.push((name.clone(), motion));
-                more.map(String::from)
+                ambiguous
+                    .then(|| "several animations move the same of its camera, and the first of them is read".into())
             }
             Err(why) => Some(format!("its camera stands still: {why}")),
         };
         if let Some(why) = why {
-            notices.add(Kind::Motion, || notice(format!("node {node}: {why}")));
+            notices.add(Kind::Motion, || notice(format!("{}: {why}", called(root, node))));
         }
         cameras.push((name, view));
     }
+    if let Some(animation) = animations.of_pointer() {
+        let what = format!("animation {animation}: KHR_animation_pointer is not read");
+        notices.add(Kind::Motion, || notice(what));
+    }
     for node in animations.others() {
-        let what = format!("node {node}: an animation moves it, and only those of cameras are read");
+        let what = format!("{}: an animation moves it, and only those of cameras are read", called(root, node));
         notices.add(Kind::Pose, || notice(what));
     }
     let mesh = parts.into_mesh(source.path).map_err(|e| match e {
@@ -131,6 +136,12 @@ fn read<R>(
         e => e.to_string(),
     })?;
     Ok(Contents { mesh, cameras, motions, files: data.into_files().into_iter().collect(), notices: Vec::new() })
+}
+
+/// Returns what messages call a node.
+fn called(root: &Root, number: u32) -> String {
+    let name = root.nodes.get(number as usize).and_then(|node| node.name.as_deref());
+    name.map_or_else(|| format!("node {number}"), |name| format!("node {number} '{}'", Error::shown(name)))
 }
 
 /// Returns the roots of the default scene: the first one if none is the default, and all trees if there is no scene.
@@ -195,14 +206,14 @@ impl Layout<'_> {
                         Some(Err(e)) => e.to_string(),
                         _ => "it is neither perspective nor orthographic, or has no direction".into(),
                     };
-                    let what = format!("node {number}: its camera cannot be used: {why}");
+                    let what = format!("{}: its camera cannot be used: {why}", called(root, number));
                     self.notices.add(Kind::Camera, || (self.notice)(what));
                 }
             }
         }
         let Some(shape) = node.mesh else { return Ok(()) };
         let shape = root.meshes.get(shape as usize).ok_or_else(|| format!("there is no mesh {shape}"))?;
-        let told = |what: &str| (self.notice)(format!("node {number}: {what}"));
+        let told = |what: &str| (self.notice)(format!("{}: {what}", called(root, number)));
         if node.extensions.instancing.is_some() {
             self.notices.add(Kind::Instances, || told("EXT_mesh_gpu_instancing is not read"));
         }
@@ -245,7 +256,8 @@ impl Layout<'_> {
             Some(colour) => {
                 if self.data.lowest_alpha(colour, count as usize)? < look.least_alpha {
                     let what = "the alpha of vertices is not read, and it is below the cutoff of their material";
-                    self.notices.add(Kind::VertexAlpha, || (self.notice)(format!("node {node}: {what}")));
+                    self.notices
+                        .add(Kind::VertexAlpha, || (self.notice)(format!("{}: {what}", called(self.root, node))));
                 }
                 self.data.colours(colour, count as usize)?
             }
@@ -328,7 +340,7 @@ impl Layout<'_> {
                 format!("a primitive has texture coordinates past {FARTHEST_COORDINATE:e} in magnitude, or not finite")
             }
         };
-        self.notices.add(Kind::Bare, || (self.notice)(format!("node {node}: {why}")));
+        self.notices.add(Kind::Bare, || (self.notice)(format!("{}: {why}", called(self.root, node))));
         Ok((Vec::new(), Skin::default()))
     }
 }

@@ -105,14 +105,27 @@ impl Scene {
         if let Some((_, view)) = self.cameras.iter().find(|(known, _)| known == name) {
             return Ok(view);
         }
-        let names: Vec<_> = self.cameras.iter().take(20).map(|(name, _)| format!("'{}'", Error::shown(name))).collect();
-        let more = self.cameras.len() - names.len();
-        let there_are = match (names.len(), more) {
-            (0, _) => "this scene has no cameras; glTF files have them".into(),
-            (_, 0) => format!("there are {}", names.join(", ")),
-            _ => format!("there are {} and {more} more", names.join(", ")),
+        let there_are = match &names(&self.cameras)[..] {
+            "" => "this scene has no cameras; glTF files have them".into(),
+            names => format!("there are {names}"),
         };
         Err(Error::Usage(format!("--camera '{}' is no camera of the scene: {there_are}", Error::shown(name))))
+    }
+
+    /// Returns the motion of the camera that has this name in the scene's file.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if no animation moves it. The message names the cameras that are moved.
+    pub fn motion(&self, name: &str) -> Result<&CameraMotion, Error> {
+        if let Some((_, motion)) = self.motions.iter().find(|(known, _)| known == name) {
+            return Ok(motion);
+        }
+        let moved = match &names(&self.motions)[..] {
+            "" => String::new(),
+            names => format!("; those that are moved are {names}"),
+        };
+        let what = format!("is not moved by an animation of the scene: give --path or --turntable{moved}");
+        Err(Error::Usage(format!("--camera '{}' {what}", Error::shown(name))))
     }
 
     fn from_file(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Scene, Error> {
@@ -142,5 +155,14 @@ impl Scene {
         let files = [path.to_path_buf()].into_iter().chain(files).collect();
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Scene { name, mesh, view: View::default(), cameras, motions, files, radius: None, notices }
+    }
+}
+
+/// Lists the names of cameras for a message, or at least the first of many.
+fn names<T>(cameras: &[(String, T)]) -> String {
+    let names: Vec<_> = cameras.iter().take(20).map(|(name, _)| format!("'{}'", Error::shown(name))).collect();
+    match cameras.len() - names.len() {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
     }
 }

@@ -1,6 +1,6 @@
 //! Cameras that a glTF file moves.
 
-use super::path::frames_between;
+use super::path::{BESIDE_ROUNDED, frames_between};
 use super::{Lens, View};
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 use std::ops::RangeInclusive;
@@ -53,7 +53,7 @@ impl CameraMotion {
     /// the animation. `fps` must be above 0.
     #[must_use]
     pub fn frames(&self, fps: f64) -> Option<RangeInclusive<u32>> {
-        frames_between(self.times, fps)
+        frames_between(self.times, fps, BESIDE_ROUNDED)
     }
 
     /// Returns the view at a time in seconds. Before the animation it is that of its start, and after it that of its
@@ -198,6 +198,11 @@ mod tests {
         let nodes = vec![arm, still(DVec3::new(0.0, 0.0, 5.0))];
         let motion = CameraMotion { nodes, lens: Lens::FovY(1.0), near: Some(0.5), far: None, times: [0.0, 1.0] };
         assert_eq!(motion.frames(24.0), Some(0..=24));
+        // An end that float32 has rounded down is still that of its frame.
+        let rounded = |frame: f64| CameraMotion { times: [0.0, f64::from((frame / 24.0) as f32)], ..motion.clone() };
+        for frame in 1..=1000 {
+            assert_eq!(rounded(f64::from(frame)).frames(24.0), Some(0..=frame));
+        }
         for (time, eye) in [(0.0, [0.0, 1.0, 5.0]), (0.5, [5.0, 1.0, 0.0]), (1.0, [0.0, 1.0, -5.0])] {
             let view = motion.view(time).unwrap();
             assert!(view.eye.unwrap().distance(DVec3::from(eye)) < 1e-12, "{view:?}");

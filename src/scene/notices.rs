@@ -20,6 +20,8 @@ pub(super) enum Kind {
     PlyTexture,
     /// The texture of a glTF file.
     Picture,
+    /// A material of a glTF file that is blended with what lies behind it.
+    Blend,
     /// Alpha of a glTF file's vertices.
     VertexAlpha,
     /// Instances of a glTF file that an extension describes.
@@ -87,6 +89,7 @@ impl Kind {
             Kind::Tints => ("colours", "the surface is white"),
             Kind::PlyTexture => ("textures", "the surface has the colours of its vertices, or is white"),
             Kind::Picture => ("textures", "its material has the colour of baseColorFactor"),
+            Kind::Blend => ("materials", "it is opaque from alpha 1/2 on, and cut away below"),
             Kind::VertexAlpha => ("primitives", "it is taken as 1"),
             Kind::Instances => ("nodes", "its mesh is drawn once"),
             Kind::Pose => ("parts", "it is drawn in its rest pose"),

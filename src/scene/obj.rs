@@ -10,7 +10,7 @@
 //!
 //! Weights that follow a position, and curved surfaces are ignored.
 
-use super::find::{Found as FoundFile, expected, spellings};
+use super::find::{Found as FoundFile, expected, folders_of, spellings};
 use super::foreign;
 use super::guard::{Found, Guard, Use};
 use super::mesh::{Group, Mesh};
@@ -96,14 +96,7 @@ impl Mesh {
 
     /// Reads an OBJ file that has been opened, as [`Mesh::load_obj`] does. Also returns the files that it names.
     pub(super) fn from_obj(file: impl BufRead, path: &Path) -> Result<(Mesh, Vec<String>, Vec<PathBuf>), Error> {
-        // The model's folders: the one in its path, and the one in which the file lies if the path is a symbolic link.
-        let folders = [Some(path.to_path_buf()), path.canonicalize().ok()].into_iter().flatten().map(|path| match path
-            .parent()
-        {
-            Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
-            _ => PathBuf::from("."),
-        });
-        let folders: Vec<PathBuf> = folders.collect();
+        let folders = folders_of(path);
         let mut seen = HashSet::new();
         let (mut textures, mut named) = (Textures::new(folders.clone()), Vec::new());
         let (mesh, notices) = read(file, path, &mut textures, |name| {

@@ -12,6 +12,9 @@ const MOST_FRAMES: f64 = 1e7;
 /// By how much of a frame a key's time may lie beside that of a frame and still be that frame's.
 const BESIDE: f64 = 1e-6;
 
+/// The same for times that were rounded to float32, as those of glTF files are.
+pub(super) const BESIDE_ROUNDED: f64 = 1e-3;
+
 /// A view at a moment of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
@@ -91,7 +94,7 @@ impl CameraPath {
             ));
         }
         let path = CameraPath { keys, interpolation, fps };
-        let [start, end] = ends(path.times(), fps);
+        let [start, end] = ends(path.times(), fps, BESIDE);
         if end > MOST_FRAMES {
             return refuse(format!("it ends at frame {end:.0}, and paths may have frames up to {MOST_FRAMES:.0}"));
         }
@@ -104,7 +107,7 @@ impl CameraPath {
     /// Returns the numbers of the frames: those whose times lie from the first key to the last.
     #[must_use]
     pub fn frames(&self) -> RangeInclusive<u32> {
-        frames_between(self.times(), self.fps).unwrap_or(0..=0)
+        frames_between(self.times(), self.fps, BESIDE).unwrap_or(0..=0)
     }
 
     /// Returns the time of the first key and that of the last.
@@ -143,8 +146,8 @@ impl CameraPath {
     pub fn check(&self, frames: impl IntoIterator<Item = u32>) -> Result<(), Error> {
         frames.into_iter().try_for_each(|frame| {
             let (from, to) = self.around(frame);
-            let place = format_args!("frame {frame}, between key {from} and key {to}");
-            self.view(frame).check().map_err(|error| of_key(&place.to_string(), &error))
+            let place = || format!("frame {frame}, between key {from} and key {to}");
+            self.view(frame).check().map_err(|error| of_key(&place(), &error))
         })
     }
 
@@ -157,14 +160,15 @@ impl CameraPath {
 }
 
 /// Returns the number of the first frame and that of the last between two times, if frame i stands at the time i / fps.
-fn ends([start, end]: [f64; 2], fps: f64) -> [f64; 2] {
-    [(start * fps - BESIDE).ceil(), (end * fps + BESIDE).floor()]
+/// A time may lie this much of a frame beside that of a frame, and still be that frame's.
+fn ends([start, end]: [f64; 2], fps: f64, beside: f64) -> [f64; 2] {
+    [(start * fps - beside).ceil(), (end * fps + beside).floor()]
 }
 
 /// Returns the numbers of the frames between two times in seconds, if frame i stands at the time i / fps. `None` if
 /// there is no such frame, or one after frame 10,000,000.
-pub(super) fn frames_between(times: [f64; 2], fps: f64) -> Option<RangeInclusive<u32>> {
-    let [start, end] = ends(times, fps);
+pub(super) fn frames_between(times: [f64; 2], fps: f64, beside: f64) -> Option<RangeInclusive<u32>> {
+    let [start, end] = ends(times, fps, beside);
     (start >= 0.0 && start <= end && end <= MOST_FRAMES).then_some(start as u32..=end as u32)
 }
 

@@ -365,7 +365,7 @@ fn what_is_no_sequence_is_refused_in_one_line() {
         ("--path walk.json -o #.png --eye 1,2,3", "cannot be used with"),
         ("--path walk.json --turntable 3 -o #.png", "cannot be used with"),
         ("--turntable 0 -o #.png", "not a whole number from 1"),
-        ("-o #.png", "'--turntable <N>' is required"),
+        ("-o #.png", "give --path, a file of keys, or --turntable, a number of frames, or --camera"),
         ("--turntable 2", "--output"),
     ] {
         let stderr = refused(folder, arguments);

@@ -55,7 +55,6 @@ pub(super) fn arguments() -> [Arg; 4] {
              target, in N frames. With --view-matrix or a glTF camera, the target is the point of the view's axis that \
              is nearest to the scene's centre",
         )
-        .required_unless_present_any(["path", "camera"])
         .conflicts_with_all(["fps", "interpolation"]),
         valued(
             "fps",
@@ -105,17 +104,19 @@ impl Motion {
     }
 
     /// Returns whether a camera of the scene tells the motion.
-    pub(super) fn is_of_camera(matches: &ArgMatches) -> bool {
-        text(matches, "turntable").is_none() && !matches.contains_id("path")
+    pub(super) fn is_of_camera(matches: &ArgMatches) -> Result<bool, Error> {
+        if text(matches, "turntable").is_some() || matches.contains_id("path") {
+            return Ok(false);
+        }
+        let what = "give --path, a file of keys, or --turntable, a number of frames, or --camera, a camera of a glTF file that \
+                    an animation moves";
+        text(matches, "camera").map(|_| true).ok_or_else(|| Error::Usage(what.into()))
     }
 
     /// Takes the motion from the camera of the scene that the flags name.
     pub(super) fn of_camera(matches: &ArgMatches, scene: &Scene) -> Result<Motion, Error> {
         let name = text(matches, "camera").unwrap_or_default();
-        let Some((_, motion)) = scene.motions.iter().find(|(known, _)| known == name) else {
-            let what = "is not moved by an animation of the scene: give --path or --turntable";
-            return Err(Error::Usage(format!("--camera '{name}' {what}")));
-        };
+        let motion = scene.motion(name)?;
         if let Some(flag) = ["eye", "target", "up", "view-matrix", "interpolation"]
             .into_iter()
             .find(|flag| text(matches, flag).is_some())

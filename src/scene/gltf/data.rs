@@ -3,7 +3,7 @@
 
 use super::json::{Accessor, BufferView, Components, Image, Root};
 use crate::Error;
-use crate::scene::find::expected;
+use crate::scene::find::{expected, find, folders_of};
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -27,7 +27,8 @@ const MOST_ZEROS: usize = 1 << 18;
 
 /// A picture of a file.
 pub(super) enum Picture {
-    File(PathBuf),
+    /// A file, and what messages call it.
+    File(PathBuf, String),
     /// The bytes of a picture, and where they stand among others.
     Bytes(Rc<Vec<u8>>, Range<usize>),
 }
@@ -230,14 +231,23 @@ impl<'a> Data<'a> {
                 let all = 0..bytes.len();
                 Ok(Picture::Bytes(bytes, all))
             }
-            (Some(uri), _) => self.file(uri).map(Picture::File),
+            (Some(uri), _) => {
+                // Textures of OBJ files are found in the same way.
+                let name = decoded(uri).unwrap_or_default().replace('\\', "/");
+                let folders = folders_of(self.path);
+                let shown = format!("\"{}\"", Error::shown(&name));
+                let found = find(&folders, name.as_bytes());
+                let real = found.as_ref().map(|found| found.real.clone()).ok();
+                self.named.extend(real.or_else(|| expected(&folders, name.as_bytes())));
+                found.map(|found| Picture::File(found.real, shown.clone())).map_err(|why| format!("{shown} {why}"))
+            }
             (None, Some(view)) => {
                 let length = self.root.buffer_views.get(view as usize).map_or(0, |view| view.byte_length);
                 // The bytes stand one after the other, whatever the stride of the view is.
                 let Elements { buffer, start, .. } = self.elements(view, 0, 1, length as usize)?;
                 Ok(Picture::Bytes(buffer, start..start + length as usize))
             }
-            (None, None) => Err("has neither a uri nor a bufferView".into()),
+            (None, None) => Err("it has neither a uri nor a bufferView".into()),
         }
     }
 

@@ -173,9 +173,26 @@ impl Attributes {
 pub(super) struct Material {
     #[serde(default)]
     pub(super) pbr_metallic_roughness: Surface,
+    pub(super) name: Option<Box<str>>,
+    #[serde(default)]
+    pub(super) extensions: MaterialExtensions,
     #[serde(default)]
     pub(super) alpha_mode: AlphaMode,
     pub(super) alpha_cutoff: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub(super) specular_glossiness: Option<Box<SpecularGlossiness>>,
+}
+
+/// The surface that takes the place of `pbrMetallicRoughness` in files of an older way of exporting.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpecularGlossiness {
+    pub(super) diffuse_factor: Option<Box<[f64; 4]>>,
+    pub(super) diffuse_texture: Option<TextureInfo>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq, Eq)]
@@ -279,6 +296,8 @@ pub(super) enum AnimationPath {
     Translation,
     Rotation,
     Scale,
+    /// Of `KHR_animation_pointer`.
+    Pointer,
     #[serde(other)]
     Other,
 }

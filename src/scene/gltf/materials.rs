@@ -2,6 +2,7 @@
 
 use super::data::{Data, Picture};
 use super::json::{AlphaMode, Material, Root, TextureInfo};
+use crate::Error;
 use crate::scene::mtl::WHITE;
 use crate::scene::notices::{Kind, Notices};
 use crate::scene::texture::{self, Map, Pictures, Placed, Skin, Wrap};
@@ -100,8 +101,16 @@ impl<'a> Materials<'a> {
         notices: &mut Notices,
         notice: &dyn Fn(String) -> String,
     ) -> Look {
+        let called = match material.name.as_deref() {
+            Some(name) => format!("material {number} '{}'", Error::shown(name)),
+            None => format!("material {number}"),
+        };
         let surface = &material.pbr_metallic_roughness;
-        let [r, g, b, alpha] = surface.base_color_factor.as_deref().copied().unwrap_or([1.0; 4]);
+        let (factor, texture) = match &material.extensions.specular_glossiness {
+            Some(surface) => (&surface.diffuse_factor, &surface.diffuse_texture),
+            None => (&surface.base_color_factor, &surface.base_color_texture),
+        };
+        let [r, g, b, alpha] = factor.as_deref().copied().unwrap_or([1.0; 4]);
         // The least alpha that is not cut.
         let least = match material.alpha_mode {
             AlphaMode::Mask => material.alpha_cutoff.unwrap_or(CUTOFF),
@@ -109,33 +118,29 @@ impl<'a> Materials<'a> {
             AlphaMode::Opaque | AlphaMode::Other => f64::NEG_INFINITY,
         };
         let mut look = Look { colour: [r, g, b].map(encoded), visible: true, least_alpha: least, ..Look::default() };
-        if let Some(info) = &surface.base_color_texture {
+        if let Some(info) = texture {
             match self.skin(info, alpha, least, data) {
-                Ok(skin) => {
-                    (look.skin, look.coordinates) = (skin, Some(Coordinates::of(info)));
-                }
-                Err(why) => {
-                    let what = format!("material {number}: its texture {why}");
-                    notices.add(Kind::Picture, || notice(what));
-                }
+                Ok(skin) => (look.skin, look.coordinates) = (skin, Some(Coordinates::of(info))),
+                Err(why) => notices.add(Kind::Picture, || notice(format!("{called}: {why}"))),
             }
         }
         if look.coordinates.is_none() && alpha < least {
             look.visible = false;
-            let what = format!("material {number}: alpha {alpha} is below {least}");
-            notices.add(Kind::Invisible, || notice(what));
+            notices.add(Kind::Invisible, || notice(format!("{called}: alpha {alpha} is below {least}")));
+        } else if material.alpha_mode == AlphaMode::Blend {
+            notices.add(Kind::Blend, || notice(format!("{called}: its alphaMode is BLEND")));
         }
         look
     }
 
     /// Reads the texture of a base colour, whose alpha is multiplied by `factor`, and cuts below `least`.
     fn skin(&mut self, info: &TextureInfo, factor: f64, least: f64, data: &mut Data) -> Result<Skin, String> {
-        let root = self.root;
-        let index = info.index;
-        let of = root.textures.get(index as usize).ok_or_else(|| format!("{index} does not exist"))?;
-        let source = of.source.ok_or("has no PNG or JPEG image")?;
-        let image =
-            root.images.get(source as usize).ok_or_else(|| format!("names image {source}, which does not exist"))?;
+        let (root, index) = (self.root, info.index);
+        let of = root.textures.get(index as usize).ok_or_else(|| format!("there is no texture {index}"))?;
+        let Some(source) = of.source else {
+            return Err(format!("texture {index} has no PNG or JPEG picture; export the textures as PNG"));
+        };
+        let image = root.images.get(source as usize).ok_or_else(|| format!("there is no image {source}"))?;
         let sampler = of.sampler.and_then(|sampler| root.samplers.get(sampler as usize));
         let wrap = |of: Option<u32>| match of {
             Some(33_071) => Wrap::Clamp,
@@ -149,9 +154,11 @@ impl<'a> Materials<'a> {
         };
         let name = format!("image {source}");
         let mut made = |how: String, make: &dyn Fn(&DynamicImage) -> Option<texture::Texture>| {
-            let decode = || match data.picture(image)? {
-                Picture::File(path) => texture::decode(&path),
-                Picture::Bytes(bytes, within) => texture::decode_from(Cursor::new(&bytes[within]), false),
+            let decode = || match data.picture(image).map_err(|what| format!("{name}: {what}"))? {
+                Picture::File(path, shown) => texture::decode(&path).map_err(|why| format!("{name}: {shown} {why}")),
+                Picture::Bytes(bytes, within) => {
+                    texture::decode_from(Cursor::new(&bytes[within]), false).map_err(|why| format!("{name} {why}"))
+                }
             };
             let texture = self.pictures.texture(&name, how, decode, make)?;
             Ok::<_, String>(texture.map(|texture| Map { texture, placed }))

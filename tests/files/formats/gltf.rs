@@ -69,7 +69,7 @@ fn every_kind_of_gltf_file_has_its_verdict() {
         (
             "a texture that is not there",
             replaced(r#""pbrMetallicRoughness":{"#, r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0},"#),
-            Noticed(5, &["material 0: its texture 0 does not exist; its material has the colour of baseColorFactor"]),
+            Noticed(5, &["material 0: there is no texture 0; its material has the colour of baseColorFactor"]),
         ),
         ("vertex colours", replaced(r#""POSITION":0"#, r#""POSITION":0,"COLOR_0":0"#), Triangles(5)),
         (
@@ -445,7 +445,7 @@ fn animations_that_are_wrong_leave_their_cameras_where_they_are() {
         (
             r#""input":2"#,
             r#""input":9"#,
-            "node 2: its camera stands still: sampler 0 of animation 0: there is no accessor 9",
+            "node 2 'eye': its camera stands still: sampler 0 of animation 0: there is no accessor 9",
         ),
         (r#""input":2"#, r#""input":3"#, "accessor 3 is not of the type SCALAR"),
         (r#""output":3"#, r#""output":4"#, "accessor 4 is not of the type VEC4"),
@@ -482,10 +482,31 @@ fn animations_that_are_wrong_leave_their_cameras_where_they_are() {
         let scene = open(&animated(channel, &other), &[]).unwrap();
         assert_eq!((scene.motions.len(), scene.notices.len()), (1, 0), "{:?}", scene.notices);
     }
-    let twice = r#""animations":[{"samplers":[{"input":2,"output":3}],"channels":[{"sampler":0,"target":{"node":1,"path":"rotation"}}]},{"#;
+    let pointer = channel.replace("rotation", "pointer").replace("\"node\":1,", "");
+    let scene = open(&animated(channel, &pointer), &[]).unwrap();
+    assert!(scene.notices[0].contains("animation 0: KHR_animation_pointer is not read"), "{:?}", scene.notices);
+}
+
+#[test]
+fn animations_of_several_objects_play_together() {
+    // The arm and the camera have animations of their own, as some exporters write them.
+    let apart = r#"}],"channels":[
+        {"sampler":0,"target":{"node":1,"path":"rotation"}}]},{"samplers":[{"input":2,"output":4}],"channels":[
+        {"sampler":0,"target":{"node":2,"path":"translation"}}]}]"#;
+    let together = r#"},{"input":2,"output":4,"interpolation":"STEP"}],"channels":[
+        {"sampler":0,"target":{"node":1,"path":"rotation"}},{"sampler":1,"target":{"node":2,"path":"translation"}}]}]"#;
+    let scene = open(&animated(together, apart), &[]).unwrap();
+    assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+    let eye = |time: f64| scene.motions[0].1.view(time).unwrap().eye.unwrap();
+    assert!(eye(2.0).distance(dvec3(6.0, 7.0, 0.0)) < 1e-6, "{}", eye(2.0));
+    // What two animations move is moved by the first.
+    let twice = r#""animations":[{"samplers":[{"input":2,"output":4}],"channels":[
+        {"sampler":0,"target":{"node":2,"path":"translation"}}]},{"#;
     let scene = open(&animated(r#""animations":[{"#, twice), &[]).unwrap();
-    assert!(scene.notices[0].contains("node 2: several animations move it, and only the first is read"));
-    assert!(scene.motions[0].1.view(2.0).unwrap().eye.unwrap().distance(dvec3(0.0, 7.0, 0.0)) < 1e-6);
+    let said = "node 2 'eye': several animations move the same of its camera, and the first of them is read";
+    assert!(scene.notices[0].contains(said), "{:?}", scene.notices);
+    let halfway = scene.motions[0].1.view(1.5).unwrap().eye.unwrap();
+    assert!((halfway.distance(dvec3(0.0, 7.0, 0.0)) - 5.0).abs() < 1e-6, "{halfway}");
 }
 
 #[test]
