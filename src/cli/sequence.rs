@@ -207,6 +207,10 @@ pub(crate) fn run(matches: &ArgMatches) -> Result<(), Error> {
         return Err(error);
     }
     told.say(chosen.len());
+    let after = names.of(motion.frames().end().saturating_add(1));
+    if after.exists() {
+        say(&format!("{} is no frame of this motion: an earlier one may have had more frames", after.display()));
+    }
     let seconds = start.elapsed().as_secs_f64();
     say(&format!(
         "frames {first} to {last}: {rendered} rendered, {:.2} per second; {} were there already",

@@ -260,6 +260,16 @@ fn a_run_with_a_truth_goes_on_until_the_log_has_the_error_of_each_frame() {
 }
 
 #[test]
+fn frames_of_an_earlier_longer_motion_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let run =
+        |frames: u32| sequence(folder.path(), &format!("nave --turntable {frames} -o f#.png {SMALL} --show depth"));
+    assert!(!run(3).contains("no frame of this motion"));
+    let told = run(2);
+    assert!(told.contains("f2.png is no frame of this motion: an earlier one may have had more frames"), "{told}");
+}
+
+#[test]
 fn notices_of_many_frames_are_said_once_with_their_number() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
