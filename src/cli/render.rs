@@ -176,8 +176,7 @@ fn render(matches: &ArgMatches, open: Option<&Context>) -> Result<(), Error> {
     let wanted = Wanted::read(matches)?;
     let tile = Tile::read(matches, flags.size)?;
     if tile.is_some() && wanted.shown == "depth" && wanted.format == FileFormat::Png {
-        let what = "--tile with --show depth writes EXR only: the greys of a PNG of depth depend on the whole image";
-        return Err(Error::Usage(what.into()));
+        say("the greys of a PNG of depth are those of this tile alone: write EXR to put tiles together");
     }
     let folder = || wanted.dump.as_deref().map(MadeFolder::ensure).transpose();
     {
