@@ -201,7 +201,7 @@ impl Poster<'_> {
 fn divided<T>(mut side: u32, mut plan: impl FnMut(u32) -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match plan(side) {
-            Err(Error::Usage(_)) if side / 2 >= LEAST => side /= 2,
+            Err(Error::Usage(_)) if side > LEAST => side = (side / 2).max(LEAST),
             planned => return planned,
         }
     }
@@ -251,6 +251,7 @@ mod tests {
         assert_eq!(divided(1024, fits(2000)).unwrap(), 1024);
         assert_eq!(divided(1024, fits(300)).unwrap(), 256);
         assert_eq!(divided(1024, fits(LEAST)).unwrap(), LEAST);
+        assert_eq!(divided(1000, fits(100)).unwrap(), LEAST);
         assert!(divided(1024, fits(LEAST - 1)).unwrap_err().to_string().contains("64 is too large"));
         let other = divided(1024, |_| Err::<(), _>(Error::Input { path: "a".into(), what: "b".into() }));
         assert!(matches!(other, Err(Error::Input { .. })), "another error is none of size");

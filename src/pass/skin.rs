@@ -116,7 +116,13 @@ impl Textures {
             }
             gl.tex_parameter_i32(glow::TEXTURE_2D, glow::TEXTURE_MAX_LEVEL, 0);
         }
-        check(gl, PLACE)
+        check(gl, PLACE).inspect_err(|_| {
+            // What it holds is not known.
+            if let Some(held) = self.held.pop() {
+                // SAFETY: the texture is ours, and the context is current.
+                unsafe { self.gl.delete_texture(held.texture) };
+            }
+        })
     }
 
     /// Deletes the textures that the last mesh does not use.

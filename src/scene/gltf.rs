@@ -34,6 +34,9 @@ use std::io::{BufRead, Read};
 /// many as it has bytes.
 const MOST_LAID_OUT: usize = 1 << 25;
 
+/// The most primitives, counted once for each node that shows them.
+const MOST_VISITS: u64 = 1 << 24;
+
 /// Reads a glTF file of text.
 pub(super) fn read_text(mut source: Source<impl BufRead>, notices: &mut Notices) -> Result<Contents, Error> {
     let mut text = (&mut source.bytes).take(MOST_JSON + 1);
@@ -71,6 +74,7 @@ fn read<R>(
         parts: Parts::default(),
         cameras: Vec::new(),
         corners: 0,
+        visits: 0,
         most: (most as usize).clamp(MOST_LAID_OUT, MOST / 3),
         notices,
         notice: &|what| source.refuse(what).to_string(),
@@ -93,7 +97,8 @@ fn read<R>(
             open.push((child, to_world));
         }
     }
-    let Layout { parts, cameras: nodes_of_cameras, notices, mut data, notice, .. } = layout;
+    let Layout { parts, cameras: nodes_of_cameras, notices, mut data, notice, materials, .. } = layout;
+    drop(materials); // it keeps a picture
     if parts.is_empty() && notices.has(Kind::Invisible) {
         return Err(
             "its scene holds no triangles that are seen: alpha is below the cutoff in the materials of all".into()
@@ -104,9 +109,11 @@ fn read<R>(
     let mut known = HashSet::new();
     let (mut cameras, mut motions, mut animations) = (Vec::new(), Vec::new(), Animations::new(root));
     for (i, (mut name, view, node)) in nodes_of_cameras.into_iter().enumerate() {
-        if name.is_empty() || !known.insert(name.clone()) {
+        if name.is_empty() || known.contains(&name) {
             name = format!("{name}#{i}");
-            known.insert(name.clone());
+        }
+        while !known.insert(name.clone()) {
+            name.push('#');
         }
         let nodes = std::iter::successors(Some(node), |&node| parents[node as usize]);
         let why = match animations.of_camera(nodes, &view, &mut data) {
@@ -127,7 +134,15 @@ fn read<R>(
         let what = format!("animation {animation}: KHR_animation_pointer is not read");
         notices.add(Kind::Motion, || notice(what));
     }
-    for node in animations.others() {
+    // The nodes that have a mesh, or one below them.
+    let mut carries = vec![false; root.nodes.len()];
+    for number in (0..root.nodes.len()).filter(|&number| seen[number] && root.nodes[number].mesh.is_some()) {
+        let mut next = Some(number as u32);
+        while let Some(node) = next.filter(|&node| !std::mem::replace(&mut carries[node as usize], true)) {
+            next = parents[node as usize];
+        }
+    }
+    for node in animations.moved().filter(|&node| carries.get(node as usize) == Some(&true)) {
         let what = format!("{}: an animation moves it, and only those of cameras are read", called(root, node));
         notices.add(Kind::Pose, || notice(what));
     }
@@ -186,6 +201,8 @@ struct Layout<'a> {
     cameras: Vec<(String, View, u32)>,
     /// The number of corners of triangles, and of strips and fans.
     corners: u64,
+    /// The number of primitives, counted once for each node that shows them.
+    visits: u64,
     /// The most triangles, and the most positions.
     most: usize,
     notices: &'a mut Notices,
@@ -216,6 +233,10 @@ impl Layout<'_> {
         let told = |what: &str| (self.notice)(format!("{}: {what}", called(root, number)));
         if node.extensions.instancing.is_some() {
             self.notices.add(Kind::Instances, || told("EXT_mesh_gpu_instancing is not read"));
+        }
+        self.visits += shape.primitives.len() as u64;
+        if self.visits > MOST_VISITS {
+            return Err(format!("more than {MOST_VISITS} primitives, counted once for each node that shows them"));
         }
         for primitive in shape.primitives.iter() {
             if node.skin.is_some() || primitive.targets.is_some() {
@@ -254,7 +275,7 @@ impl Layout<'_> {
         };
         let colours = match primitive.attributes.colour {
             Some(colour) => {
-                if self.data.lowest_alpha(colour, count as usize)? < look.least_alpha {
+                if look.alpha * self.data.lowest_alpha(colour, count as usize)? < look.least_alpha {
                     let what = "the alpha of vertices is not read, and it is below the cutoff of their material";
                     self.notices
                         .add(Kind::VertexAlpha, || (self.notice)(format!("{}: {what}", called(self.root, node))));

@@ -20,7 +20,13 @@ const LONGEST: u32 = 16384;
 const MOST_BYTES: u64 = 1 << 29;
 
 /// The most texels of all textures of a model. Textures after these are not read.
-const MOST_TEXELS: usize = 1 << 28;
+const MOST_TEXELS: u64 = 1 << 28;
+
+/// The most texels that are decoded or converted for a model, which may lay a picture in many ways.
+const MOST_WORK: u64 = 1 << 32;
+
+/// A smaller texture counts as one of this many texels, so that there are not too many.
+const LEAST_TEXELS: u64 = 1 << 12;
 
 /// The largest magnitude of a texture coordinate. float32 knows a point of a texture there to a sixteenth of it.
 pub(super) const FARTHEST_COORDINATE: f64 = 1e6;
@@ -228,7 +234,9 @@ impl Reading {
 pub(super) struct Pictures {
     /// What each picture became, by its name and what was made of it.
     made: HashMap<(String, String), Made>,
-    texels: usize,
+    texels: u64,
+    /// The texels that have been decoded or converted.
+    worked: u64,
     /// The picture that was decoded last, since the alpha of a texture of colours is read after its colours.
     last: Option<(String, DynamicImage)>,
 }
@@ -253,11 +261,16 @@ impl Pictures {
         if let Some(made) = self.made.get(&key) {
             return made.clone();
         }
-        let made = self.image(name, decode).map(|image| {
+        let made = self.image(name, decode).and_then(|image| {
+            let texels = u64::from(image.width()) * u64::from(image.height());
+            if self.texels + texels > MOST_TEXELS {
+                return Err(format!("comes after {} texels of other textures, and no more are read", self.texels));
+            }
+            self.charge(texels)?;
             let texture = make(&image);
             self.last = Some((name.to_string(), image));
-            self.texels += texture.as_ref().map_or(0, |texture| texture.texels.len() / texture.channels);
-            texture.map(Arc::new)
+            self.texels += texture.as_ref().map_or(0, |_| texels.max(LEAST_TEXELS));
+            Ok(texture.map(Arc::new))
         });
         self.made.insert(key, made.clone());
         made
@@ -268,13 +281,21 @@ impl Pictures {
         name: &str,
         decode: impl FnOnce() -> Result<DynamicImage, String>,
     ) -> Result<DynamicImage, String> {
-        if self.texels > MOST_TEXELS {
-            return Err(format!("comes after {MOST_TEXELS} texels of other textures, and no more are read"));
-        }
         match self.last.take() {
             Some((last, image)) if last == name => Ok(image),
-            _ => decode(),
+            _ => {
+                self.charge(0)?;
+                let image = decode()?;
+                self.charge(u64::from(image.width()) * u64::from(image.height()))?;
+                Ok(image)
+            }
         }
+    }
+
+    /// Counts the work on this many texels.
+    fn charge(&mut self, texels: u64) -> Result<(), String> {
+        self.worked += texels.max(LEAST_TEXELS);
+        if self.worked > MOST_WORK { Err("comes after too much work on other textures".into()) } else { Ok(()) }
     }
 }
 

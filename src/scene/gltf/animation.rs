@@ -6,7 +6,7 @@ use super::{local, parts_of};
 use crate::scene::motion::{Between, CameraMotion, MovingNode, Track};
 use crate::scene::{Lens, View};
 use glam::DVec4;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 /// The most nodes of cameras and above them that are looked at, over all cameras of a file with animations.
@@ -28,20 +28,18 @@ pub(super) struct Animations<'a> {
     root: &'a Root,
     /// What moves each node. Exporters often write an animation for each object, so that all animations play together;
     /// what several of them move is moved by the first.
-    of_node: HashMap<u32, Moved>,
+    of_node: BTreeMap<u32, Moved>,
     /// The tracks, by the numbers of the animation and of its sampler, and by whether they are of rotations.
     tracks: HashMap<(usize, u32, bool), Result<Arc<Track>, String>>,
     /// How many more nodes may be looked at.
     left: usize,
     /// How many more keys may be read.
     keys_left: u64,
-    /// The nodes that animations move and that no camera hangs on.
-    others: BTreeSet<u32>,
 }
 
 impl<'a> Animations<'a> {
     pub(super) fn new(root: &'a Root) -> Animations<'a> {
-        let mut of_node: HashMap<u32, Moved> = HashMap::new();
+        let mut of_node: BTreeMap<u32, Moved> = BTreeMap::new();
         for (animation, channels) in root.animations.iter().map(|animation| &animation.channels).enumerate() {
             for channel in channels.iter() {
                 let part = match channel.target.path {
@@ -58,8 +56,7 @@ impl<'a> Animations<'a> {
                 }
             }
         }
-        let others = of_node.keys().copied().filter(|&node| (node as usize) < root.nodes.len()).collect();
-        Animations { root, of_node, tracks: HashMap::new(), left: MOST_NODES, keys_left: MOST_KEYS, others }
+        Animations { root, of_node, tracks: HashMap::new(), left: MOST_NODES, keys_left: MOST_KEYS }
     }
 
     /// Returns the first animation that changes more than the places of nodes.
@@ -68,9 +65,9 @@ impl<'a> Animations<'a> {
         self.root.animations.iter().position(|animation| animation.channels.iter().any(points))
     }
 
-    /// Returns the nodes that animations move and that hold none of the cameras asked for so far.
-    pub(super) fn others(&self) -> impl Iterator<Item = u32> {
-        self.others.iter().copied()
+    /// Returns the nodes that animations move.
+    pub(super) fn moved(&self) -> impl Iterator<Item = u32> {
+        self.of_node.keys().copied()
     }
 
     /// Returns the motion of a camera that has this view at rest, and whether several animations move the same of it.
@@ -92,9 +89,6 @@ impl<'a> Animations<'a> {
         if self.left == 0 {
             return Err("it hangs below too many nodes".into());
         }
-        nodes.iter().for_each(|node| {
-            self.others.remove(node);
-        });
         if !nodes.iter().any(|node| self.of_node.contains_key(node)) {
             return Ok(None);
         }

@@ -219,7 +219,7 @@ impl<'a> Data<'a> {
         if count > 0 && end.is_none_or(|end| end > byte_length) {
             return Err(format!("{count} elements reach beyond bufferView {view}, which has {byte_length} bytes"));
         }
-        // Both are less than the length of the buffer, if there are elements.
+        // The start lies within the buffer if there are elements, and the stride if there are several.
         Ok(Elements { buffer: bytes, start: (byte_offset + offset.min(byte_length)) as usize, stride: stride as usize })
     }
 
@@ -243,7 +243,6 @@ impl<'a> Data<'a> {
             }
             (None, Some(view)) => {
                 let length = self.root.buffer_views.get(view as usize).map_or(0, |view| view.byte_length);
-                // The bytes stand one after the other, whatever the stride of the view is.
                 let Elements { buffer, start, .. } = self.elements(view, 0, 1, length as usize)?;
                 Ok(Picture::Bytes(buffer, start..start + length as usize))
             }

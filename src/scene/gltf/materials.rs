@@ -23,6 +23,8 @@ pub(super) struct Look {
     pub(super) coordinates: Option<Coordinates>,
     /// False if the surface is left out.
     pub(super) visible: bool,
+    /// The alpha without that of the texture and of the vertices.
+    pub(super) alpha: f64,
     /// The least alpha that is not cut away.
     pub(super) least_alpha: f64,
 }
@@ -82,7 +84,10 @@ impl<'a> Materials<'a> {
         notices: &mut Notices,
         notice: &dyn Fn(String) -> String,
     ) -> Result<Look, String> {
-        let Some(number) = number else { return Ok(Look { colour: WHITE, visible: true, ..Look::default() }) };
+        let Some(number) = number else {
+            let least_alpha = f64::NEG_INFINITY;
+            return Ok(Look { colour: WHITE, visible: true, least_alpha, ..Look::default() });
+        };
         if let Some(look) = self.looks.get(&number) {
             return Ok(look.clone());
         }
@@ -117,7 +122,8 @@ impl<'a> Materials<'a> {
             AlphaMode::Blend => CUTOFF,
             AlphaMode::Opaque | AlphaMode::Other => f64::NEG_INFINITY,
         };
-        let mut look = Look { colour: [r, g, b].map(encoded), visible: true, least_alpha: least, ..Look::default() };
+        let mut look =
+            Look { colour: [r, g, b].map(encoded), visible: true, alpha, least_alpha: least, ..Look::default() };
         if let Some(info) = texture {
             match self.skin(info, alpha, least, data) {
                 Ok(skin) => (look.skin, look.coordinates) = (skin, Some(Coordinates::of(info))),

@@ -317,6 +317,28 @@ fn instances_do_not_multiply_beyond_measure() {
 }
 
 #[test]
+fn primitives_that_show_nothing_do_not_multiply_beyond_measure() {
+    let nodes = vec![NODE; 5000].join(",");
+    let points = vec![r#"{"attributes":{},"mode":0}"#; 5000].join(",");
+    let json = format!(r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":[{points}]}}]}}"#);
+    hold("25 million lists of points", json.as_bytes(), &Refused(&["node 3355: more than 16777216 primitives"]));
+}
+
+#[test]
+fn cameras_have_names_of_their_own_and_a_mesh_that_an_animation_leaves_is_told() {
+    let nodes = r#"{"mesh":0},{"name":"a#2","camera":0},{"name":"a","camera":0},{"name":"a","camera":0}"#;
+    let cameras = r#","cameras":[{"perspective":{"yfov":0.5,"znear":0.25}}]"#;
+    let scene = open(&sample_with(nodes, cameras), &[]).unwrap();
+    let names: Vec<_> = scene.cameras.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["a#2", "a", "a#2#"]);
+    // The arm holds the mesh too.
+    let scene = open(&animated(r#"{"mesh":0},{"children":[2]"#, r#"{},{"children":[2],"mesh":0"#), &[]).unwrap();
+    assert_eq!(scene.motions.len(), 1);
+    let said = "node 1: an animation moves it, and only those of cameras are read";
+    assert!(scene.notices[0].contains(said), "{:?}", scene.notices);
+}
+
+#[test]
 fn files_beside_the_model_are_read_also_by_an_escaped_name() {
     for (uri, file) in [("a.bin", "a.bin"), ("b%20c/%C3%A9.bin", "b c/\u{e9}.bin"), ("./x/../a.bin", "a.bin")] {
         let model = linked(uri);

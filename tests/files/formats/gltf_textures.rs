@@ -271,7 +271,8 @@ fn every_kind_of_texture_has_its_verdict() {
 
 #[test]
 fn alpha_of_vertices_is_told_where_it_would_cut() {
-    for (alpha, mode, told) in [("0.4", MASK, true), ("0.4", "", false), ("0.6", MASK, false)] {
+    let dim = r#","alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.6]}"#;
+    for (alpha, mode, told) in [("0.4", MASK, true), ("0.4", "", false), ("0.6", MASK, false), ("0.7", dim, true)] {
         let alpha: f32 = alpha.parse().unwrap();
         let mut binary = vec![0; 36];
         binary.extend([1.0, 1.0, 1.0, alpha].repeat(3).iter().flat_map(|x: &f32| x.to_le_bytes()));
