@@ -121,8 +121,16 @@ fn a_click_shows_the_anatomy_of_that_pixel_with_the_numbers_of_its_twin() {
         }
         window.wait(aside);
         let at = window.point("image", [0.4, 0.97]);
-        window.xdotool(&format!("mousemove {at} click 1"));
-        let clicked = window.settled(|line| line["anatomy"]["pixel"] != serde_json::json!([210, 279]));
+        let elsewhere = |line: &Value| line["anatomy"]["pixel"] != serde_json::json!([210, 279]);
+        // So is a click.
+        for _ in 0..5 {
+            window.xdotool(&format!("mousemove {at} click 1"));
+            window.rest();
+            if window.lines().last().is_some_and(elsewhere) {
+                break;
+            }
+        }
+        let clicked = window.settled(elsewhere);
         window.xdotool("key bracketright key bracketright");
         let shown = window.settled(|line| line["anatomy"]["direction"] == 2);
         let pixel = &shown["anatomy"]["pixel"];
